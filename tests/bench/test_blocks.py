@@ -2,20 +2,16 @@
 
 import dataclasses
 import json
-import math
 
 import cv2
 import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.block import required_known_pixels
 from ilf.data.pixel_grids import mark
 from tests.ilf.small_frames import write_small_frame
 
-from .blocks.__main__ import scores
 from .blocks.measures import find_reference, score_blocks
-from .blocks.methods import BLOCK_METHODS
 
 SHAPE = (80, 120)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]
@@ -76,13 +72,6 @@ def test_missing_pixels_are_recoverable_in_blocks_with_enough_depth():
     assert measure("recoverable", WHOLE, evidence) == 1.0
     assert measure("recoverable", np.where(COLUMNS < 45, 1, 0), evidence) == pytest.approx(15 / 90)
     assert measure("recoverable", WHOLE, evidence_of(STEP)) is None
-
-
-@pytest.mark.parametrize(("lacking", "share"), [(0, 1.0), (1, 0.0)])
-def test_exactly_the_depth_that_completion_needs_is_enough(lacking, share):
-    known = np.zeros(WHOLE.shape, bool)
-    known.flat[: math.ceil(required_known_pixels(WHOLE.size, ilf.preset())) - lacking] = True
-    assert measure("recoverable", WHOLE, evidence_of(STEP, ~known)) == share
 
 
 @pytest.mark.parametrize(
@@ -167,23 +156,3 @@ def folders(tmp_path):
     cv2.imwrite(str(tmp_path / "frames" / "grey" / "rgb.png"), np.full((60, 80, 3), 90, np.uint8))
     (tmp_path / "frames" / "broken" / "depth.png").write_bytes(b"no image")
     return tmp_path / "frames"
-
-
-def test_only_depth_finds_a_jump_without_colour(folders):
-    rows = scores(folders / "grey", list(BLOCK_METHODS))
-    recall = {row["method"]: row["recall"] for row in rows}
-    assert min(recall.pop("canny+depth"), recall.pop("combined")) > 0.9
-    assert set(recall.values()) == {0.0}
-    assert scores(folders / "broken", list(BLOCK_METHODS)) == []
-
-
-@pytest.mark.parametrize("name", BLOCK_METHODS)
-def test_methods_part_colours_and_leave_the_margins_out(name):
-    colour = np.where(COLUMNS[..., None] < 60, (40, 90, 200), (220, 200, 60)).astype(np.uint8)
-    colour[:4] = colour[-4:] = colour[:, :6] = colour[:, -6:] = 255
-    frame = ilf.RGBDFrame(colour, STEP)
-    labels = BLOCK_METHODS[name](frame)
-    inside = np.zeros(SHAPE, bool)
-    inside[4:-4, 6:-6] = True
-    np.testing.assert_array_equal(labels > 0, inside)
-    assert measure("recall", labels, find_reference(frame)) == 1.0

@@ -9,8 +9,6 @@ from PySide6.QtWidgets import QDockWidget
 from gui.features.cloud import CloudFeature
 from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
-from gui.features.tools import ToolsFeature
-from gui.views.cloud.canvas import HINT
 from gui.views.cloud.scene import ColourBy
 from ilf.evaluation.measuring import measure
 from ilf.project.run_history import StoredRun
@@ -135,18 +133,3 @@ def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
     opened.findChild(QDockWidget, "Inspect").close()
     opened.refresh.now()
     assert not canvas._lines
-
-
-def test_the_cloud_has_hints_of_its_own_and_no_tools(opened, qtbot):
-    options = opened.feature(ToolsFeature).options
-    opened.centre.show_cloud()
-    opened.refresh.now()
-    assert opened.feature(StatusFeature).bar.hint.text() == HINT
-    qtbot.waitUntil(lambda: not options.isVisible())
-    QTest.keyClick(opened.cloud.canvas, Qt.Key.Key_Tab)
-    assert opened.editor.tool_name == "select", "no next tool where there is none to be seen"
-    opened.actions_["tool_paint"].trigger()
-    opened.refresh.now()
-    assert opened.views.isVisible()
-    assert opened.feature(StatusFeature).bar.hint.text() != HINT
-    qtbot.waitUntil(options.isVisible)

@@ -8,11 +8,11 @@ from pytestqt.qtbot import QtBot
 from gui.features.documents.open_dialog import OpenDialog
 from gui.project import loading
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
-from .conftest import export, in_front, loaded, open_frame, readout
+from .conftest import export, in_front, loaded, readout
 
 
 def _described(dialog: OpenDialog, qtbot: QtBot, text: str) -> None:
@@ -40,14 +40,6 @@ def test_the_open_dialog_asks_for_the_view_and_the_window_shows_it(window, qtbot
     assert np.load(tmp_path / "out/depth.npy").shape == pair.depth.shape
     assert np.load(tmp_path / "out/depth_aligned.npy").shape == pair.rgb.shape[:2]
     assert json.loads((tmp_path / "out/run.json").read_text())["inputs"]["view"] == "depth"
-
-
-def test_the_title_of_other_frames_says_nothing_of_a_view(window, qtbot, tmp_path):
-    write_pair(tmp_path / "desk")
-    open_frame(window, qtbot, tmp_path / "desk", frame="1")
-    qtbot.waitUntil(lambda: "desk 1" in window.windowTitle())
-    assert "view" not in window.windowTitle()
-    assert load_frame(tmp_path / "desk", frame="1").brought is None
 
 
 def test_frames_that_are_open_are_read_again_with_other_options(window, qtbot, tmp_path, monkeypatch):

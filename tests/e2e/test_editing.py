@@ -165,20 +165,3 @@ def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qt
     editing.actions_["cancel_stroke"].trigger()
     assert np.array_equal(first.labels, before)
     assert np.array_equal(second.labels, fresh)
-
-
-def test_commands_are_enabled_by_what_is_chosen(editing):
-    actions, workspace = editing.actions_, editing.workspace
-    names = ("run_selected", "merge_blocks", "delete_blocks", "zoom_block")
-    workspace.select([1])
-    assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
-    workspace.select([1, 2])
-    assert [actions[name].isEnabled() for name in names] == [True, True, True, True]
-    editing.workspace.current.set_lock(1, True)
-    assert [actions[name].isEnabled() for name in names] == [True, False, True, True]
-    actions["new_block"].trigger()
-    assert [actions[name].isEnabled() for name in names] == [False, False, False, False]
-    editing.refresh.now()
-    assert editing.feature(BlocksFeature).table.chosen() == workspace.current.selected, (
-        "a block to be painted has a row"
-    )

@@ -62,18 +62,6 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, ru
     qtbot.waitUntil(lambda: strip._text == "")
 
 
-def test_a_view_that_is_not_shown_costs_nothing_until_it_is(opened, qtbot, run_all):
-    opened.views.sheet.set_layout("grid-difference")
-    run_all(opened)
-    assert not opened.feature(ErrorFeature).busy
-    assert _picture(opened) is None
-    opened.centre.show_cloud()
-    opened.views.sheet.set_layout("expected-error")
-    assert not opened.feature(ErrorFeature).busy
-    opened.centre.show_images()
-    qtbot.waitUntil(lambda: _picture(opened) is not None)
-
-
 def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
     def fail(*_):
         raise MemoryError("no room")

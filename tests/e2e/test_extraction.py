@@ -6,12 +6,10 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider, QTabWidget
 
 import ilf
 from gui.features.extraction import ExtractionPanel
-from gui.features.views import ViewsFeature
 from gui.work.found_blocks import FoundBlocks, find
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
@@ -215,28 +213,6 @@ def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opene
     np.testing.assert_array_equal(_picture(opened), expected)
 
 
-def test_the_first_frame_is_extracted_once_for_blocks_and_view(window, qtbot, frame_folder, monkeypatch):
-    may_go_on = threading.Event()
-
-    def after_the_view_has_been_drawn(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
-        assert may_go_on.wait(60)
-        return find(frame, parameters)
-
-    monkeypatch.setattr("gui.project.loading.find", after_the_view_has_been_drawn)
-    monkeypatch.delattr("gui.features.extraction.find")
-    window.views.sheet.set_layout("extraction")
-    window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_current)
-    window.refresh.now()
-    assert window.feature(ExtractionPanel).busy
-    assert _picture(window) is None
-    may_go_on.set()
-    _settle(window, qtbot)
-    document = window.workspace.current
-    np.testing.assert_array_equal(_picture(window), block_overlay(document.frame.rgb, document.labels))
-    assert "failed" not in window.log.text.toPlainText()
-
-
 def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_folder, monkeypatch):
     def fail(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
         raise ilf.IlfError("no edges")
@@ -248,26 +224,6 @@ def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_fol
     open_frame(window, qtbot, frame_folder)
     _settle(window, qtbot)
     assert "The extraction failed: no edges" in _summary(window)
-
-
-def test_values_whose_picture_is_not_to_be_seen_lead_to_it(opened, qtbot):
-    label = _panel(opened).widget.findChild(QLabel, "summary")
-    assert _summary(opened) == ""
-    _slide(opened, "dilation", 5)
-    assert "Four with extraction" in _summary(opened)
-    opened.actions_["extract"].trigger()
-    _settle(opened, qtbot)
-    assert _summary(opened) == "", "the blocks are what these values give"
-    _slide(opened, "dilation", 4)
-    label.linkActivated.emit("view")
-    _settle(opened, qtbot)
-    assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
-    assert "Preview: " in _summary(opened)
-    opened.views.sheet.set_layout("grid")
-    _slide(opened, "dilation", 3)
-    assert "Preview: " not in _summary(opened), "what other values gave"
-    _click(opened, "Preview")
-    assert _summary(opened) == ""
 
 
 def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_network_is_missing(staged, qtbot):
@@ -331,20 +287,6 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
     assert document.undo_stack.count() == 1
     staged.workspace.undo_group.undo()
     np.testing.assert_array_equal(document.labels, before)
-
-
-def test_nothing_is_extracted_for_a_view_that_is_not_to_be_seen(opened, qtbot):
-    _slide(opened, "dilation", 5)
-    assert not opened.feature(ExtractionPanel).busy
-    assert opened.actions_["stage_blocks"].isChecked()
-    opened.actions_["stage_strength"].trigger()
-    assert opened.views.shows("stage")
-    _settle(opened, qtbot)
-    assert _picture(opened).ndim == 2
-    assert opened.feature(ViewsFeature).bar.layouts.currentData() == "grid-extraction"
-    qtbot.keyClick(opened, Qt.Key.Key_4, Qt.KeyboardModifier.AltModifier)
-    assert opened.actions_["stage_contracted"].isChecked()
-    _settle(opened, qtbot)
 
 
 @pytest.fixture

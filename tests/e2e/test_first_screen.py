@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QToolButton
 from gui.app.main_window import MainWindow
 from gui.base.commands import plain
 from gui.features.shortcuts import Keymap
+from gui.features.views import ViewsFeature
 from gui.tools import kinds
 from gui.tools.kinds import KINDS, ToolKind
 from gui.tools.select import SelectTool
@@ -21,6 +22,9 @@ def test_the_first_screen_has_few_controls_and_nearly_all_have_names(opened, qtb
     qtbot.waitUntil(lambda: opened.tool_column.width() > 60)
     assert len(controls(opened)) <= 40
     assert len(without_text(opened)) <= 20
+    bar = opened.feature(ViewsFeature).bar
+    assert bar.layouts.isVisible()
+    assert bar.shown.isVisible()
     assert opened.panels.open == ["Blocks", "Parameters"]
     names = [
         button.text().replace("\n", " ")

@@ -4,7 +4,6 @@ import os
 import shutil
 import stat
 
-import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -63,14 +62,6 @@ def test_a_frame_that_is_shown_again_has_its_zoom(listed, qtbot):
     listed.actions_["next_frame"].trigger()
     listed.refresh.now()
     assert views.place is None
-
-
-def test_why_a_frame_cannot_be_opened_is_told_without_options_of_the_command_line(listed, qtbot, folder):
-    cv2.imwrite(str(folder / "frame-1" / "depth.png"), np.full((20, 30), 2000, np.uint16))
-    _go(listed, qtbot)
-    problem = listed.workspace.entries[1].summary.problem
-    assert "Give both cameras" in problem
-    assert "--" not in problem
 
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folder):

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QWidget
 
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 from gui.features.guide_networks import GuideNetworksDialog
-from ilf.io.guide_models import guide_file
+from ilf.io.guide_models import guide_file, guides_folder
 
 from ..ilf.io.test_guide_models import NAME, publishing
 from ..ilf.tiny_onnx import node, write_network
@@ -95,6 +95,10 @@ def test_a_wrong_file_is_one_sentence_and_a_file_can_be_added(window, qtbot, hub
     assert "Open a frame to use it." in dialog.message.text()
     dialog.show_networks("own")
     assert dialog.message.text() == "own: a network of your own. Open a frame to use it."
+    (guides_folder() / "broken.json").write_text("no card")
+    dialog.show_networks()
+    assert "broken.json" in dialog.message.text()
+    (guides_folder() / "broken.json").unlink()
     (tmp_path / "text.onnx").write_text("no network")
     monkeypatch.setattr("gui.features.guide_networks.choose_file", lambda *_: str(tmp_path / "text.onnx"))
     dialog.add_button.click()

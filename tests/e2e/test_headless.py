@@ -103,8 +103,18 @@ def test_no_other_user_may_read_the_settings(start, frame_folder):
     assert stat.S_IMODE(Path(QSettings().fileName()).stat().st_mode) == 0o600
 
 
-def test_intrinsics_that_are_none(start, frame_folder, picture):
-    refused(start(frame_folder, "--run", "--intrinsics", "a,b"), picture, "a,b")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--run"], ["give a frame"]),
+        (["FRAME", "--run", "--intrinsics", "a,b"], ["a,b"]),
+        (["EMPTY", "FRAME", "--run"], ["meta.json"]),
+    ],
+)
+def test_what_is_no_frame_to_run(start, frame_folder, tmp_path, picture, arguments, words):
+    (tmp_path / "empty").mkdir()
+    places = {"FRAME": frame_folder, "EMPTY": tmp_path / "empty"}
+    refused(start(*(places.get(word, word) for word in arguments)), picture, *words)
 
 
 def test_a_truth_that_does_not_fit(start, frame_folder, tmp_path, picture):
@@ -115,17 +125,12 @@ def test_a_truth_that_does_not_fit(start, frame_folder, tmp_path, picture):
         app.main([str(frame_folder), str(tmp_path), "--ground-truth", str(ground_truth)])
 
 
-def test_a_run_whose_frame_is_gone(start, frame_folder, tmp_path, picture):
-    assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
-    (frame_folder / "depth.png").unlink()
-    refused(start(tmp_path / "done" / "run.json", "--run"), picture, "depth.png", "no longer exists")
-
-
-@pytest.mark.parametrize("arguments", [(), ("--run",)])
+@pytest.mark.parametrize("arguments", [("",), ("", "--run"), ("run.json", "--run")])
 def test_a_result_whose_frame_is_gone(start, frame_folder, tmp_path, picture, arguments):
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "done"), "--quiet"]) == 0
     (frame_folder / "depth.png").unlink()
-    refused(start(tmp_path / "done", *arguments), picture, "depth.png", "no longer exists")
+    opened, *more = arguments
+    refused(start(tmp_path / "done" / opened, *more), picture, "depth.png", "no longer exists")
 
 
 def test_the_depth_beside_a_colour_file_is_its_own(start, frame_folder, picture):
@@ -135,16 +140,6 @@ def test_the_depth_beside_a_colour_file_is_its_own(start, frame_folder, picture)
 def test_a_colour_file_without_its_depth(start, frame_folder, picture):
     (frame_folder / "depth.png").unlink()
     refused(start(frame_folder / "rgb.png", "--run"), picture, "rgb.png", "depth file")
-
-
-def test_no_frame_at_all(start, picture):
-    refused(start("--run"), picture, "give a frame")
-
-
-def test_one_frame_of_two(start, frame_folder, tmp_path, picture):
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    refused(start(empty, frame_folder, "--run"), picture, "meta.json")
 
 
 def test_a_frame_without_blocks(start, frame_folder, picture, monkeypatch):

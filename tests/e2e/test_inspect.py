@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
 
 from gui.features.inspect.marks import Stroke, Text
 from gui.features.inspect.panel import STATISTICS, InspectPanel
+from gui.features.inspect.statistics import statistics_of
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
 
@@ -88,6 +89,12 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     window.refresh.now()
     assert shown(window, Stroke) == []
     assert part.profile.data is None
+
+
+def test_without_a_camera_it_is_said_why_there_is_no_angle():
+    left = np.indices((20, 30))[1] < 15
+    _, notes = statistics_of(np.full(left.shape, 2.0, np.float32), None, None, left, ~left)
+    assert "intrinsics" in notes[-1]
 
 
 def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_all):

@@ -82,6 +82,11 @@ def test_a_block_is_split_along_a_line_of_keys(typing):
     assert document.labels[5, 5] != document.labels[40, 5]
     key(typing, _Key.Key_Up, CTRL)
     assert typing.views.navigation.pixel == (40, 0)
+    _go(typing, 63, 47)
+    for end in (_Key.Key_Right, _Key.Key_Down):
+        key(typing, end)
+    assert typing.views.navigation.pixel == (63, 47), "the last pixel of the frame"
+    _go(typing, 40, 0)
     key(typing, _Key.Key_Left, CTRL)
     assert document.labels[0, _at(typing)[0]] != document.labels[0, 40]
 
@@ -155,13 +160,6 @@ def test_a_letter_takes_a_tool_stands_in_its_tooltip_and_does_nothing_while_a_na
     qtbot.waitUntil(lambda: "table z" in [info.name for info in document.blocks.infos.values()])
     assert typing.editor.tool_name == "select"
     assert not typing.actions_["show_before_edit"].isChecked()
-
-
-def test_a_letter_leads_from_a_panel_to_the_crosshair(typing):
-    typing.feature(BlocksFeature).table.setFocus()
-    key(typing, _Key.Key_B)
-    assert _focus() is typing.views.active.view
-    _go(typing, 10, 24)
 
 
 def test_f2_renames_the_selected_block_but_not_from_another_list(typing, qtbot):

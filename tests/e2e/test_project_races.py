@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtWidgets import QMessageBox
 
 from gui.state.entries import Entry
-from ilf.project.file import open_project, save_project
+from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
@@ -57,22 +57,6 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, 
     assert entry.unsaved
     _saved(opened, qtbot, tmp_path / "room.ilf")
     assert not entry.unsaved
-
-
-def test_the_status_line_shows_how_much_of_the_project_is_written(opened, qtbot, tmp_path, monkeypatch):
-    shares = []
-
-    def told(*what, on_part, **how):
-        for done in (0, 1, 3):
-            on_part(done, 4)
-            shares.append(opened.project.saving.share)
-        return save_project(*what, **how)
-
-    monkeypatch.setattr("gui.features.project.saving.save_project", told)
-    assert not opened.project.saving.busy
-    _saved(opened, qtbot, tmp_path / "room.ilf")
-    assert shares == [0.0, 0.25, 0.75]
-    assert not opened.project.saving.busy
 
 
 def test_two_frames_of_the_same_files_stay_apart(opened, qtbot):

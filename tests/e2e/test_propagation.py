@@ -197,19 +197,6 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
     assert len(entries) == 2
 
 
-def test_a_frame_stays_open_while_blocks_are_carried_to_it(listed, part, qtbot):
-    window, workspace = listed, listed.workspace
-    first = workspace.current
-    second = propagate_state(window, part, qtbot, "propagate_next")
-    workspace.show(first)
-    window.feature(FramesFeature).open_frames.max_open = 1
-    busy: list[bool] = []
-    part.changed.connect(lambda: busy.append(window.feature(FramesFeature).open_frames.is_busy(second)))
-    with qtbot.waitSignal(part.ended):
-        part.propagate_through(1, replaces=True)
-    assert busy == [False, True, False]
-
-
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
     window, entry = listed, listed.workspace.entries[1]
     state = FrameState(

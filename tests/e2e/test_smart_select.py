@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
-from PySide6.QtGui import QPainterPath
+from PySide6.QtCore import Qt
 
 from .conftest import activate
 from .hand import ALT, CTRL, SHIFT, click, drag, hover, key, turn_wheel
@@ -32,12 +31,6 @@ def _shown(window) -> tuple[float, float, float, float]:
     return extent.left(), extent.top(), extent.right(), extent.bottom()
 
 
-def _hatched(window) -> QPainterPath:
-    """What the preview hatches."""
-    preview = window.views.cells["colour"].view.preview.preview
-    return preview.area or QPainterPath()
-
-
 def test_a_click_and_enter_make_a_block_in_one_undo_step_and_a_box_starts_a_new_object(selecting, qtbot):
     document = selecting.workspace.current
     before = document.labels.copy()
@@ -64,24 +57,6 @@ def test_a_click_and_enter_make_a_block_in_one_undo_step_and_a_box_starts_a_new_
     assert document.labels[20, 5] == first
     assert document.labels[20, 50] == document.selected[0] != first
     assert document.undo_stack.count() == 2
-
-
-def test_with_shift_the_selected_block_gets_the_selection_and_the_change_is_hatched(selecting, qtbot):
-    document = selecting.workspace.current
-    left = int(document.labels[20, 5])
-    click(selecting, (50, 20))
-    _wait(selecting, qtbot)
-    assert _hatched(selecting).isEmpty(), "a new block is outlined"
-    key(selecting, _Key.Key_Escape)
-    selecting.workspace.select([left])
-    click(selecting, (50, 20), SHIFT)
-    _wait(selecting, qtbot)
-    assert _hatched(selecting).contains(QPointF(50, 20))
-    assert not _hatched(selecting).contains(QPointF(5, 20))
-    assert document.info(left).name in selecting.editor.tool.hint
-    key(selecting, _Key.Key_Return)
-    assert document.labels[20, 50] == left
-    assert document.undo_stack.count() == 1
 
 
 def test_the_preview_shows_what_pointer_wheel_box_and_the_next_click_would_select(selecting, qtbot):

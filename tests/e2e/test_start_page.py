@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QTextDocumentFragment
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QToolButton
+from PySide6.QtWidgets import QToolButton
 
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.export.feature import ExportFeature
@@ -11,7 +11,7 @@ from gui.features.start_page import StartPage, StartPageFeature
 from gui.work.jobs import stop_workers
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import activate, loaded, open_frame, write_frame
+from .conftest import loaded, open_frame, write_frame
 from .test_projects import save
 
 
@@ -45,19 +45,6 @@ def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot,
     window.actions_["close_frame"].trigger()
     qtbot.waitUntil(page.isVisible)
     assert page.recent.item(0).text() == "frame-0", "the latest first"
-
-
-def test_a_window_that_is_restored_leaves_the_focus_where_it_was(window, qtbot):
-    page = window.feature(StartPageFeature).page
-    activate(window, qtbot)
-    page.focusProxy().nextInFocusChain().setFocus()
-    focused = window.focusWidget()
-    window.showMinimized()
-    window.showNormal()
-    qtbot.waitUntil(page.isVisible)
-    QApplication.processEvents()
-    assert window.focusWidget() is focused
-    assert focused is not page.focusProxy()
 
 
 def test_a_folder_of_frames_has_the_thumbnail_of_its_first_frame(tmp_path, small_frame, qtbot):

@@ -12,7 +12,7 @@ from gui.features.tools import ToolsFeature
 from gui.tools.kinds import KINDS
 
 from .conftest import activate
-from .hand import CTRL, PLAIN, click, double_click, drag, key, let_go, turn_wheel
+from .hand import CTRL, click, double_click, drag, key, let_go, turn_wheel
 
 _Key = Qt.Key
 
@@ -30,22 +30,6 @@ def _take(window, tool: str):
     window.actions_[f"tool_{tool}"].trigger()
     window.views.cells["colour"].view.setFocus()
     window.refresh.now()
-
-
-def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing):
-    document = editing.workspace.current
-    right, before = int(document.labels[5, 50]), document.labels.copy()
-    editing.editor.set_option("leash", 0)
-    _take(editing, "border")
-    for end, modifier in ((_Key.Key_Escape, PLAIN), (_Key.Key_Z, CTRL)):
-        drag(editing, [(30, 10), (24, 22), (30, 34)])
-        drag(editing, [(24, 22), (20, 22), (16, 22)])
-        assert document.labels[22, 18] == right
-        assert document.undo_stack.index() == 1
-        key(editing, end, modifier)
-        assert np.array_equal(document.labels, before)
-        assert document.undo_stack.index() == 0
-        assert editing.views.cells["colour"].view.preview.boundingRect().isEmpty()
 
 
 def test_an_outline_is_clicked_and_closed_by_enter(editing):

@@ -3,11 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from recipes.bsds500_images import Example, boundary, consensus, load_examples, random_sample
-
-from ilf.errors import InputError
-
-from .tiny_data import write_bsds500
+from recipes.bsds500_images import Example, boundary, consensus, random_sample
 
 
 def disc() -> Example:
@@ -48,16 +44,3 @@ def test_samples_keep_boundaries_thin_and_on_the_edge(seed):
     assert near[drawn].all()
     # Half of the 2 px wide morphological outline, with room for its corners.
     assert 0.3 < drawn.sum() / edge.sum() < 0.85
-
-
-def test_every_tenth_image_is_held_out(tmp_path):
-    write_bsds500(tmp_path, 21)
-    learnt, held_out = load_examples(tmp_path)
-    assert [example.name for example in held_out] == ["1", "11", "21"]
-    assert len(learnt) == 18
-    assert not {example.name for example in learnt} & {example.name for example in held_out}
-
-
-def test_a_folder_without_images_is_named(tmp_path):
-    with pytest.raises(InputError, match="Give the folder of BSDS500"):
-        load_examples(tmp_path)

@@ -91,14 +91,3 @@ def test_the_command_prints_and_writes_the_models(tmp_path, capsys):
     assert set(models) == set(MODELS)
     assert str(models["ideal"]) == lines[0]
     assert models["edge-aware"] == MODELS["edge-aware"]
-
-
-def test_frames_of_one_sensor_and_no_frames_are_named(tmp_path, capsys):
-    for name in ("one", "other"):
-        write_small_frame(tmp_path / name)
-        meta = {"name": name, "depth_units_per_m": 1000, "sensor": "the same"}
-        (tmp_path / name / "meta.json").write_text(json.dumps(meta))
-    assert main(["--method", "linear", "--fit", str(tmp_path), "--others"]) == 1
-    assert "of one sensor" in capsys.readouterr().err
-    assert main(["--method", "linear", "--check", str(tmp_path / "none")]) == 1
-    assert "is not a folder" in capsys.readouterr().err

@@ -49,8 +49,3 @@ def test_what_is_beyond_range_goes_first():
         gone = hiding.far_or_near(measured, part, np.random.default_rng(seed))[16:]
         shares = [gone[:, part[0] == k].mean() for k in range(6)]
         assert max(shares[0], shares[-1]) == max(shares)
-
-
-def test_nothing_known_nothing_hidden():
-    measured, part = picture()
-    assert not hiding.hide(np.full_like(measured, np.nan), part, np.random.default_rng(1)).any()

@@ -92,21 +92,6 @@ def test_without_pytorch_one_line_says_so(tmp_path, monkeypatch, capsys):
     assert told.count("\n") == 1
 
 
-@pytest.mark.parametrize("arguments", [["wavelets", "--data", ".", "--out", "."], ["contours", "--out", "."]])
-def test_wrong_usage_has_status_2(arguments):
-    with pytest.raises(SystemExit) as ended:
-        train.main(arguments)
-    assert ended.value.code == 2
-
-
-@pytest.mark.usefixtures("threads")
-def test_a_folder_without_samples_has_status_1(tmp_path, capsys):
-    pytest.importorskip("torch", reason="training needs PyTorch")
-    pytest.importorskip("onnx", reason="training needs onnx")
-    assert train.main(["depth-edges", "--data", str(tmp_path), "--out", str(tmp_path / "out"), "--threads", "1"]) == 1
-    assert "not enough pictures for training" in capsys.readouterr().err
-
-
 def test_the_loss_of_sparse_depth_is_that_of_its_formula(tmp_path):
     torch = pytest.importorskip("torch", reason="training needs PyTorch")
     from recipes.sparse_correction import SparseCorrectionRecipe, errors

@@ -58,15 +58,6 @@ def test_a_cylinder_jumps_at_its_rim_and_is_smooth_within():
     assert not crease.any()
 
 
-def test_sky_jumps_against_surfaces_only():
-    depth, normals, part = nearest(plane((0, -1, 0), 1.2))
-    depth[depth > 20] = np.nan
-    jump, crease = label(depth, normals, part, K)
-    sky = np.isnan(depth)
-    assert np.array_equal(jump[:-1] == 1, sky[:-1] != sky[1:])
-    assert not crease.any()
-
-
 @pytest.mark.parametrize(("gap", "jumps"), [(0.03, True), (0.012, False)])
 def test_a_step_counts_from_two_centimetres_on(gap, jumps):
     depth = np.where(COLUMNS < 160, 0.8, 0.8 + gap)
@@ -75,13 +66,3 @@ def test_a_step_counts_from_two_centimetres_on(gap, jumps):
     assert jump.sum() == SHAPE[0] * jumps
     assert jump[:, 159].all() == jumps
     assert not crease.any()
-
-
-@pytest.mark.parametrize(("length", "creases"), [(5, False), (6, True)])
-def test_slivers_are_no_creases(length, creases):
-    sliver = (COLUMNS == 160) & (ROWS >= 100) & (100 + length > ROWS)
-    depth = np.full(SHAPE, 1.0)
-    normals = np.where(sliver[..., None], [-0.8, 0.0, -0.6], [0.0, 0.0, -1.0])
-    jump, crease = label(depth, normals, sliver.astype(np.int32), K)
-    assert not jump.any()
-    assert crease.any() == creases

@@ -6,13 +6,11 @@ import make_scenes
 import numpy as np
 import pytest
 from scenes.camera import Camera
-from scenes.labels import label
 from scenes.light import Lighting
 from scenes.materials import Materials, Table
-from scenes.parts import Kit, Parts, moved, turned
+from scenes.parts import Parts
 from scenes.picture import BASELINE, FARTHEST, Picture, photographed
-from scenes.shapes import box, rotation
-from scenes.walls import painted_wall, wall_with
+from scenes.shapes import box
 from scenes.world import World
 
 SIZE = (64, 48)
@@ -123,29 +121,3 @@ def test_projector_on_the_right_casts_its_shadow_to_the_left(materials):
     assert unlit.max() == on_post.min() - 1
     # The shadow's edges, seen from the camera, are fx * baseline * (1 / near - 1 / far) left of the post's.
     assert unlit.size == pytest.approx(60 * BASELINE * (1 / 0.99 - 1 / 2.0), abs=1.1)
-
-
-@pytest.mark.parametrize("kind", ["hall", "street", "stairwell"])
-def test_receding_scenes_have_depth_and_lines_where_it_jumps(kind):
-    marked = []
-    for number in range(4):
-        made = make_scenes.record(5, number, (160, 128), [kind])
-        exact, thing = made["exact"], made["object"]
-        assert np.isfinite(exact).mean() > 0.5
-        far = np.nan_to_num(exact, nan=FARTHEST)
-        ratio = np.maximum(far[:, :-1], far[:, 1:]) / np.minimum(far[:, :-1], far[:, 1:])
-        marked.append(made["jump"][:, :-1][(thing[:, :-1] != thing[:, 1:]) & (ratio > 1.5)])
-    assert np.concatenate(marked).size > 20
-    assert np.concatenate(marked).mean() > 0.97
-
-
-@pytest.mark.parametrize("seed", [0, 1, 4, 5])
-def test_paint_on_a_receding_wall_is_no_line(materials, seed):
-    kit = Kit(np.random.default_rng(seed), materials)
-    wall = painted_wall(kit, wall_with(10, 2.5, 0.1, []), [(0.0, 10.0)], materials.wall())
-    picture = seen(moved(turned(moved(wall, -5, -1.25), rotation(45)), z=1), materials)
-    jump, crease = label(picture.exact, picture.normals, picture.part, INTRINSICS)
-    assert picture.exact.max() > 2 * picture.exact.min()
-    assert not jump.any()
-    assert not crease.any()
-    assert len(np.unique(picture.object)) == 1

@@ -8,7 +8,6 @@ from recipes.sparse_samples import Sample, is_held_out, kept_pixels, make_sample
 
 from ilf.completion.sparse_correction import CHANNELS
 from ilf.data.frame import RGBDFrame
-from ilf.errors import InputError
 
 SHAPE = (120, 160)
 
@@ -57,10 +56,3 @@ def test_samples_are_made_once_and_read_again(folder, tmp_path, monkeypatch):
     assert np.all(sample.fading[learnt] > 0)
     assert np.all((sample.true[learnt] > 1.4) & (sample.true[learnt] < 2.5)), "in metres"
     assert is_held_out(paths[0]) == is_held_out(paths[-1]), "a frame is held out with all its samples"
-
-
-def test_what_is_no_sample_is_named(tmp_path):
-    path = tmp_path / "frame_0-0.npz"
-    np.savez(path, features=np.zeros(3))
-    with pytest.raises(InputError, match=r"frame_0-0\.npz is not a sample"):
-        Sample.load(path)

@@ -1,7 +1,5 @@
 """The frame list: what is shown of it, in which order, and what its rows say and report."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 import pytest
@@ -9,16 +7,12 @@ from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtTest import QAbstractItemModelTester
 from PySide6.QtWidgets import QLineEdit, QListView
 
-from gui.app.main_window import MainWindow
 from gui.features.frame_list import thumbnails as thumbnails_module
-from gui.features.frame_list.feature import FramesFeature
-from gui.features.frame_list.model import FrameListModel, counts, last_line, shown_entries, tooltip_text
+from gui.features.frame_list.model import FrameListModel, last_line, shown_entries, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
 from gui.state.entries import Entry
 from gui.work.jobs import stop_workers
 from ilf.project.project import FrameSummary, Stage
-from ilf.project.recovery import Copied
-from ilf.project.state_codec import thumbnail_part
 from ilf.sources.frame_ref import FrameRef
 from tests.gui.naming import unnamed
 
@@ -65,11 +59,6 @@ def test_sieve_leaves_out_and_sorts(chosen, names):
     assert entries[0] in shown_entries(entries, **chosen, always=entries[0]), "the frame that is looked at stays"
 
 
-def test_states_are_counted():
-    found = counts(_entries())
-    assert (found["all"], found["run"], found["note"], found["check"], found["unsaved"]) == (4, 1, 1, 1, 0)
-
-
 def test_frames_that_stay_in_the_list_remain_current_and_selected(qtbot):
     model, view = FrameListModel(lambda entry: None), QListView()
     qtbot.addWidget(view)
@@ -111,13 +100,6 @@ def test_row_says_all_in_words(qapp):
     assert model.index(0, 0).data(Qt.ItemDataRole.AccessibleTextRole) == (
         "frame-2, Run, 12 of 14 blocks, 3 to check, glass door"
     )
-
-
-def test_frames_with_blocks_that_have_not_converged_are_found(qapp):
-    one, other, *_ = entries = _entries()
-    other.set_summary(replace(other.summary, not_converged=2))
-    assert shown_entries(entries, state="not converged") == [other]
-    assert counts([one, other])["not converged"] == 1
 
 
 @pytest.fixture
@@ -174,19 +156,6 @@ def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot):
     qtbot.waitUntil(lambda: told[1:] == [("frame-2", "tin")])
 
 
-def test_note_of_a_frame_that_is_not_open_goes_with_it(workspace, document):
-    entry = Entry.of(FrameRef("/nowhere/a"))
-    assert entry.origin == FrameRef("/nowhere/a")
-    workspace.add_entries([entry])
-    workspace.set_note(entry, "dark")
-    assert (entry.note, entry.unsaved) == ("dark", True)
-    document.change(id=entry.id)
-    document.key = entry.key
-    workspace.entries.attach(document)
-    assert (document.state.note, entry.origin) == ("dark", document.origin)
-    assert document.unsaved
-
-
 def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qtbot, monkeypatch):
     red, green = (
         (np.full((60, 80, 3), 0, np.uint8) + np.array(colour, np.uint8)) for colour in ((0, 0, 255), (0, 255, 0))
@@ -210,16 +179,3 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     qtbot.waitUntil(lambda: picture_of(other) is not None)
     assert len(panel.thumbnails._made) == 2
     assert stop_workers(panel)
-
-
-def test_stored_thumbnails_are_those_of_the_windows_store(qtbot):
-    window = MainWindow(persistent=False)
-    qtbot.addWidget(window)
-    frames = window.feature(FramesFeature)
-    stored = cv2.imencode(".jpg", np.full((60, 80, 3), 255, np.uint8))[1].tobytes()
-    frames.context.recorder.store.adopt(Copied({thumbnail_part("a1"): stored}, {"a1": frozenset()}, {}))
-    picture_of, (of_store, lost) = frames.panel.picture_of, (Entry(id, "", "", has_state=True) for id in ("a1", "b2"))
-    qtbot.waitUntil(lambda: None not in (picture_of(of_store), picture_of(lost)))
-    assert picture_of(of_store).toImage().pixelColor(5, 5).red() > 200
-    assert picture_of(lost).isNull()
-    window.close()

@@ -1,11 +1,10 @@
 """Layouts of the window: each stays as it was left, own ones are kept, and each can be reset."""
 
-import zlib
 from dataclasses import replace
 
 import pytest
 import shiboken6
-from PySide6.QtCore import QByteArray, QPointF, QSettings, Qt
+from PySide6.QtCore import QByteArray, QSettings, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
@@ -13,7 +12,6 @@ from gui.app.main_window import MainWindow
 from gui.features.layouts.feature import LayoutsFeature
 from gui.features.layouts.layout import Arrangement, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
-from tests.pins.window.hand import wheel
 
 
 @pytest.fixture
@@ -74,24 +72,6 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot, opened):
     second.close()
 
 
-def test_a_click_on_the_present_layout_stays_in_it(opened):
-    window, layouts = opened()
-    for name in ("inspect", "inspect", "correct", "correct"):
-        bar = layouts.bar
-        number = next(number for number in range(bar.count()) if bar.tabData(number) == name)
-        QTest.mouseClick(bar, Qt.MouseButton.LeftButton, pos=bar.tabRect(number).center())
-        assert layouts.present == name
-        assert bar.currentIndex() == number
-    window.close()
-
-
-def test_the_wheel_over_the_bar_leaves_the_layout(opened):
-    window, layouts = opened()
-    wheel(layouts.bar, QPointF(layouts.bar.rect().center()), notches=-1)
-    assert layouts.present == "standard"
-    window.close()
-
-
 def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
     window, layouts = opened()
     views = window.views
@@ -110,33 +90,6 @@ def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
     assert (layouts.present, views.sheet.layout_name) == ("tune", "grid"), "and not the views of the layout before"
     layouts.turn("correct")
     assert views.sheet.layout_name == "compare", "as it was left, too"
-    window.close()
-
-
-def test_panels_have_their_width_in_every_layout(qtbot, opened):
-    window, layouts = opened()
-    parameters = window.findChild(QDockWidget, "Parameters")
-    width = round(0.26 * window.width())
-
-    def is_now(width: int) -> bool:
-        qtbot.waitUntil(lambda: parameters.width() == width)
-        return True
-
-    assert is_now(width)
-    for name in ("correct", "inspect", "correct"):
-        layouts.turn(name)
-        if name == "correct":
-            window.actions_["toggle_panels"].trigger()
-            assert window.panels.open == ["Blocks", "Parameters"]
-            assert is_now(width)
-            window.actions_["toggle_panels"].trigger()
-    window.actions_["toggle_panels"].trigger()
-    window.resizeDocks([parameters], [width + 60], Qt.Orientation.Horizontal)
-    _click(window, "History")
-    assert is_now(width + 60), "a column keeps the width that it was given"
-    layouts.turn("standard")
-    layouts.turn("correct")
-    assert is_now(width + 60)
     window.close()
 
 
@@ -174,17 +127,6 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(opened):
     window.close()
     stored = LayoutStore(persistent=True)
     assert [layout.text for layout in stored.own] == ["Ours"]
-
-
-_DAMAGED = ["{", b"", zlib.compress(b"[1]"), zlib.compress(b'["standard", [], {"standard": {"views": 3}}]')]
-
-
-@pytest.mark.parametrize("kept", _DAMAGED)
-def test_settings_that_are_damaged_give_way_to_what_there_is_from_the_first(qapp, kept):
-    QSettings().setValue("layouts", QByteArray(kept) if isinstance(kept, bytes) else kept)
-    store = LayoutStore(persistent=True)
-    assert store.present == "standard"
-    assert store.left("correct").views == "correct"
 
 
 def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot, opened):

@@ -1,9 +1,8 @@
 """Menus, dialogs and keys of the main window."""
 
 import pytest
-from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QImage
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QFileDialog
 
 from gui.app.main_window import MainWindow
 from ilf.data.presets import read_preset
@@ -45,11 +44,3 @@ def test_a_picture_of_the_views_and_a_preset_are_written_where_it_is_asked_for(w
         write()
     assert QImage(str(tmp_path / "window.png")).size() == window.views.size() * window.devicePixelRatio()
     assert read_preset(tmp_path / "mine.json").parameters == window.workspace.parameters.current
-
-
-def test_space_pans_only_while_the_window_has_the_keyboard(window):
-    view = window.views.cells["colour"].view
-    window.views.navigation.set_space(True)
-    assert view.viewport().cursor().shape() == Qt.CursorShape.OpenHandCursor
-    QApplication.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))  # its release goes to another window
-    assert view.viewport().cursor().shape() != Qt.CursorShape.OpenHandCursor

@@ -45,16 +45,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_colour_file_brings_its_depth_and_a_reading(dialog, folder):
-    dialog.set_files(str(folder / "rgb.png"))
-    assert dialog.depth_path.text() == str(folder / "depth.png")
-    assert dialog.message.text().startswith(
-        "Median 2.00 m, range 2.00–2.00 m, 640 x 480, 20 % missing, 1000 units per metre."
-    )
-    assert dialog.open_button.isEnabled()
-    assert not dialog.depth_preview.picture.pixmap().isNull()
-
-
 def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, folder):
     (folder / "meta.json").write_text(json.dumps({"depth_units_per_m": 500, "K": [525, 525, 320, 240]}))
     dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))

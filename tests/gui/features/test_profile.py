@@ -97,16 +97,6 @@ def test_the_axis_is_in_pixels_or_metres_along_the_surface(panel, data, small_fr
     assert panel.plot._raw.getData()[0][-1] == 56
 
 
-def test_the_band_is_where_the_error_is_known(panel, data):
-    panel.show_data(data)
-    box = panel.plot._band.path().boundingRect()
-    known = np.flatnonzero(np.isfinite(data.error))
-    assert (box.left(), box.right()) == (known[0], known[-1])
-    assert box.bottom() == pytest.approx(np.nanmax(data.curves[0].depth + data.error), abs=1e-5)
-    panel.show_data(replace(data, error=None))
-    assert panel.plot._band.path().isEmpty()
-
-
 def test_the_plot_is_written_as_picture(panel, data):
     panel.show_data(data)
     svg = panel.plot.picture(as_svg=True)

@@ -1,27 +1,18 @@
 """Blocks that came from another frame: taken as one step, and looked at."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QWidget
 
 import ilf
 from gui.features.blocks.feature import block_rows
-from gui.project.loading import FrameLoader
-from gui.project.store import WorkStore
 from gui.state.document import Document
-from gui.state.entries import Entry
 from gui.state.parts import Part
 from gui.work.jobs import stop_workers
 from gui.work.runs import RunController
-from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
-from ilf.project.state_codec import Decoded
-from ilf.segmentation.editing.patches import LabelPatch
-from ilf.sources.frame_ref import FrameRef
 
 from ..states import edit
 
@@ -97,17 +88,6 @@ def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, documen
     assert stop_workers(runs)
 
 
-def test_what_a_stroke_edits_has_been_looked_at(workspace, document, propagated):
-    workspace.take_propagated(document, propagated, "Carry blocks")
-    box = np.s_[40:44, 50:54]
-    before = document.labels[box].copy()
-    workspace.current.stroke(LabelPatch(box, before, np.zeros_like(before)))
-    assert document.state.to_check == {2}
-    assert workspace.current.edit(workspace.current.drop_stroke(), "Erase")
-    assert not document.state.to_check
-    assert not workspace.current.edit(workspace.current.drop_stroke(), "Erase"), "there is no other"
-
-
 def test_another_extraction_forgets_what_was_carried(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     names = {1: "Left", 2: "Right"}
@@ -117,14 +97,3 @@ def test_another_extraction_forgets_what_was_carried(workspace, document, propag
     document.undo_stack.undo()
     assert document.state.to_check == {2}
     assert document.blocks.propagated_from == propagated.blocks.propagated_from
-
-
-def test_of_frames_of_the_same_files_the_chosen_one_is_opened(workspace, small_frame, qtbot):
-    window, notes = QWidget(), SimpleNamespace(warn=lambda what, problems: None)
-    qtbot.addWidget(window)
-    chosen, other = (Entry.of(FrameRef("/frames/one")) for _ in range(2))
-    workspace.add_entries([chosen, other])
-    state = FrameState(chosen.id, small_frame, ilf.Blocks(np.zeros(small_frame.shape, np.int32)))
-    FrameLoader(workspace, WorkStore(None), notes, window).open_state(chosen, Decoded(state), show=False)
-    assert chosen.document is not None
-    assert other.document is None

@@ -10,10 +10,10 @@ import pytest
 
 import ilf
 from gui.features.run_history.panel import measure, write_runs
-from gui.features.run_history.table import Column, RunView, best_of, values_of
+from gui.features.run_history.table import best_of, values_of
 from gui.state.document import Document
 from gui.state.parameters import DRAG_S
-from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, next_colour, with_shared_arrays
+from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, with_shared_arrays
 from gui.work.frame_runs import RunState
 from gui.work.run_recorder import RunRecorder
 from ilf.errors import ExportError
@@ -223,15 +223,6 @@ def test_compared_runs_are_few_and_differ_in_colour(document, workspace):
     assert len({kept.colour for kept in document.compared}) == MAX_COMPARED
 
 
-def test_colours_come_in_turn(document):
-    runs: list[StoredRun] = []
-    for number in range(1, 3 * len(COLOURS)):
-        runs.append(stored_run(document, number, QUICK))
-        runs[-1].colour = next_colour(runs[:-1])
-        latest = [kept.colour for kept in runs[-len(COLOURS) :]]
-        assert len(set(latest)) == len(latest)
-
-
 def test_the_oldest_without_a_note_goes_when_there_are_too_many(bench, keeper, until, monkeypatch):
     monkeypatch.setattr("gui.work.run_recorder.MAX_STORED", 3)
     said: list[str] = []
@@ -315,38 +306,3 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
     with pytest.raises(ExportError, match="no such file or folder"):
         write_runs(tmp_path / "none" / "runs.csv", document)
-
-
-def test_another_truth_makes_errors_be_worked_out_anew(document, workspace):
-    document.keep_run(stored_run(document, parameters=QUICK, ground_truth_error=0.01, expected_error=0.02))
-    workspace.current.set_ground_truth(np.full(document.frame.shape, 2.0, np.float32))
-    assert (document.state.runs[0].ground_truth_error, document.state.runs[0].expected_error) == (None, 0.02)
-
-
-def test_runs_share_label_maps_that_come_back(document, small_labels):
-    drawn = np.zeros(document.frame.shape, bool)
-    drawn[:, 30] = True
-    document.change_blocks(drawn=drawn)
-    runs: list[StoredRun] = []
-    for label in (3, 0, 3):
-        document.set_labels(painted(document, label))
-        runs.append(StoredRun(1, "", with_shared_arrays(document.run(QUICK), runs), {}, 0.0, COLOURS[0]))
-    first, second, third = (kept.run for kept in runs)
-    assert third.blocks.labels is first.blocks.labels
-    assert third.blocks.drawn is first.blocks.drawn
-    assert not np.array_equal(second.blocks.labels, first.blocks.labels)
-
-
-@pytest.mark.parametrize("width", [560, 900])
-def test_names_and_values_are_not_cut_while_there_is_room(bench, keeper, until, qtbot, width):
-    bench.workspace.parameters.set(ilf.preset(smoothness=0.6, max_iterations=50))
-    bench.runs.current.start()
-    until(lambda: len(bench.document.state.runs) == 1)
-    table = RunView()
-    qtbot.addWidget(table)
-    table.resize(width, 160)
-    table.show()
-    table.show_runs(bench.document)
-    for column in (Column.NAME, Column.VALUES):
-        assert table.columnWidth(column) >= min(table.sizeHintForColumn(column), 200)
-    assert table.horizontalHeader().length() >= table.viewport().width(), "without an empty strip at the right"

@@ -1,6 +1,5 @@
 """The sweep's widgets: what they propose, what they mark, and what a click takes."""
 
-import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon
@@ -9,10 +8,7 @@ import ilf
 from gui.features.sweep.cells import Cell, PointCells
 from gui.features.sweep.curve import ErrorCurve
 from gui.features.sweep.options import CriterionBox, RangeBox
-from gui.features.sweep.state import SweepState
-from gui.state.document import Document
 from ilf.errors import ParameterError
-from ilf.evaluation.sweep import Sweep, SweepPoint, run_sweep
 
 
 def test_a_range_box_offers_what_matters_and_proposes_a_range_around_the_present_value(qtbot):
@@ -98,22 +94,3 @@ def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtb
     picture = grid.viewport().grab().toImage()
     rings = {picture.pixelColor(grid.visualRect(grid.indexAt(at)).topLeft() + QPoint(2, 20)).name() for at in corners}
     assert len(rings) > 1, "a ring around the best"
-
-
-def test_equal_points_of_a_sweep_are_ties_and_the_current_value_is_kept():
-    columns = np.indices((60, 80))[1]
-    truth = (1.5 + 0.01 * columns).astype(np.float32)
-    depth = np.where((columns > 30) & (columns < 50), np.nan, truth)
-    frame = ilf.RGBDFrame(np.zeros((60, 80, 3), np.uint8), depth, ground_truth=truth)
-    document = Document.of(ilf.Run(frame, np.ones((60, 80), np.int32)), None, "plane")
-    sweep = Sweep(
-        document.run(document.state.common), {"max_iterations": (50, 60, document.state.common.max_iterations)}
-    )
-    state = SweepState(document, sweep, 0)
-    assert (state.best, state.ties, state.marked) == (None, None, frozenset())
-    state.finish(run_sweep(sweep, on_step=lambda step: state.add(step) if isinstance(step, SweepPoint) else None))
-    assert state.ties is not None
-    assert state.marked == {0, 1, 2}
-    assert state.best == state.present == 2
-    most = document.state.common.max_iterations
-    assert state.text_of_several(state.ties.equal) == f"Max. iterations 50, 60 and {most}"

@@ -59,13 +59,6 @@ def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, documen
     assert shared.parameters.shared.values.smoothness == 1.0
 
 
-def test_own_values_of_blocks_stay_with_their_frame(shared, document, other):
-    shared.parameters.set_own({"smoothness": 3.0}, [1])
-    assert document.blocks.own == {1: {"smoothness": 3.0}}
-    assert other.blocks.own == {}
-    assert texts(document)[-1] == "Set Smoothness of Block 1"
-
-
 def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_back(
     workspace, document, other, small_labels
 ):

@@ -6,7 +6,6 @@ import numpy as np
 
 from gui.state.document import Document
 from ilf.project.frame_state import FrameState
-from ilf.segmentation.editing.patches import patch_between
 
 from ..states import QUICK, edit, painted
 
@@ -26,15 +25,6 @@ def test_only_what_has_changed_is_another_object_in_the_next_state(workspace, do
     assert np.array_equal(first.blocks.labels, before)
     assert np.array_equal(third.blocks.labels, document.labels)
     assert not third.blocks.labels.flags.writeable
-
-
-def test_a_stroke_in_progress_copies_nothing(workspace, document):
-    labels = document.labels
-    for row in range(3):
-        workspace.current.stroke(patch_between(document.labels, painted(document, 2, np.s_[row : row + 1])))
-    assert document.labels is labels
-    document.edit(document.drop_stroke(), "Paint")
-    assert document.labels is labels
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.state.blocks import BlockCounts
 from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
@@ -15,26 +14,6 @@ from ilf.project.project import Stage
 from ..states import QUICK, edit, painted
 
 # sessions
-
-
-def test_counts_are_of_the_blocks_there_are(document):
-    known = document.frame.known
-    left, right = document.labels == 1, document.labels == 2
-    assert document.counts() == {
-        1: BlockCounts(left.sum(), (left & known).sum()),
-        2: BlockCounts(right.sum(), (right & known).sum()),
-    }
-    assert document.counts()[1].defect_rate == pytest.approx(144 / (48 * 30))
-    assert BlockCounts(0, 0).defect_rate == 0.0
-    document.set_labels(painted(document, 0, np.s_[:], np.s_[30:]))
-    assert list(document.counts()) == [1], "0 is no block"
-
-
-def test_a_block_under_a_point_of_the_image(document):
-    assert document.label_at(29.99, 47.99) == 1
-    assert document.label_at(30.0, 0.0) == 2
-    for x, y in ((-0.01, 5), (5, -0.01), (64.0, 5), (5, 48.0)):
-        assert document.label_at(x, y) == 0
 
 
 def test_the_next_label_is_one_that_no_block_has_or_had(document):
@@ -63,14 +42,6 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, sm
             document.frame, ilf.Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
         )
         assert Document.of(run, "origin", "key").blocks.edited
-
-
-def test_blocks_made_by_hand_are_those_that_were_and_those_that_have_gained_pixels(document):
-    assert document.handmade() == set()
-    document.set_labels(painted(document, 2))
-    assert document.handmade() == {2}
-    document.change_blocks(handmade=frozenset({1, 9}))
-    assert document.handmade() == {1, 2}, "9 is gone"
 
 
 def test_results_count_as_long_as_the_block_has_the_very_pixels(document, results):
@@ -210,21 +181,6 @@ def test_what_a_run_is_made_of(document, results):
 # edits
 
 
-def test_the_changed_box_is_told(workspace, qtbot):
-    with qtbot.waitSignal(workspace.labels_changed) as signal:
-        edit(workspace, 2, rows=np.s_[3:9], columns=np.s_[4:6])
-    assert signal.args == [(slice(3, 9), slice(4, 6))]
-
-
-def test_chosen_blocks(workspace, document, told):
-    assert workspace.chosen == 0
-    workspace.select([2, 1])
-    assert workspace.chosen == 2
-    workspace.select([2, 1])
-    assert told() == Part.SELECTION
-    Workspace().select([1])
-
-
 def test_a_chosen_block_that_is_gone_is_chosen_no_more(workspace, document):
     document.info(2)
     workspace.select([2, 1])
@@ -250,13 +206,5 @@ def test_loaded_blocks_bring_their_names_also_where_locked_ones_have_their_numbe
     assert sorted(names.values()) == ["Floor", "Wall"]
     floor = next(label for label, name in names.items() if name == "Floor")
     np.testing.assert_array_equal(document.labels == floor, loaded == 2)
-    workspace.undo_group.undo()
-    assert document.info(1).name == "Block 1"
-
-
-def test_the_same_blocks_with_other_names_are_one_step(workspace, document):
-    workspace.current.replace_blocks(document.labels.copy(), "Load blocks", {1: "Wall", 2: "Block 2"})
-    assert document.info(1).name == "Wall"
-    assert document.undo_stack.count() == 1
     workspace.undo_group.undo()
     assert document.info(1).name == "Block 1"

@@ -58,20 +58,6 @@ def test_a_line_keeps_to_the_frame(host):
     assert host.document.state.looked.line == ((20.5, 47.5), (63.5, 27.5))
 
 
-def test_a_line_that_is_given_up_is_where_it_was(host):
-    user = hand(host, "profile")
-    assert not user.tool.remove(host)
-    user.drag([(5, 5), (40, 5)])
-    before = host.document.state.looked.line
-    user.drag([(5, 5), (5, 40)], release=False)
-    assert host.document.state.looked.line != before
-    assert user.cancel()
-    assert host.document.state.looked.line == before
-    assert not user.cancel()
-    assert user.tool.remove(host)
-    assert host.document.state.looked.line is None
-
-
 def test_lines_and_measurements_stay_with_their_frame(host, small_frame):
     first = host.document
     hand(host, "profile").drag([(5, 5), (40, 5)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gui.tools.kinds import KINDS, make_tools
-from gui.tools.line import straightened
 from gui.views.interaction import PointerEvent, PointerKind
 from ilf.segmentation.editing.patches import patch_between
 
@@ -36,18 +35,6 @@ def _box_to(host, label, box):
 
 
 # border
-
-
-def test_both_sides_follow_a_border_and_nothing_else_does(host):
-    border = hand(host, "border")
-    before = host.labels.copy()
-    border.drag([(30, 10), (36, 16), (36, 24), (30, 30)])
-    changed = host.labels != before
-    assert (host.labels[changed] == 1).all(), "the swept area goes to the left block"
-    assert host.labels[20, 33] == 1
-    assert not changed[:9].any()
-    assert not changed[31:].any()
-    assert host.steps == ["Redraw border"]
 
 
 def test_a_border_shows_where_it_would_lie_while_it_is_drawn(host):
@@ -101,22 +88,6 @@ def test_what_is_found_out_of_a_line_that_is_gone_shows_nothing(host):
 
 
 # outline
-
-
-def test_what_is_drawn_around_with_control_goes_to_the_chosen_block(host):
-    host.document.select([1])
-    outline = hand(host, "outline")
-    outline.drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)], "c")
-    assert (host.labels[11:19, 41:49] == 1).all()
-    assert host.labels[25, 45] == 2
-    assert host.steps == ["Outline Block 1"]
-
-
-def test_what_is_drawn_around_is_a_new_block_also_with_another_chosen(host):
-    host.document.select([1])
-    hand(host, "outline").drag([(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
-    assert (host.labels[11:19, 41:49] == 3).all()
-    assert host.document.selected == [3]
 
 
 @pytest.mark.parametrize("end", ["enter", "double click", "first corner"])
@@ -254,21 +225,6 @@ def test_open_ends_of_a_cut_run_on_to_the_boundary_and_are_shown(host):
     assert "Release" not in split.tool.hint
 
 
-def test_the_block_under_the_stroke_is_cut_whatever_is_chosen(host):
-    host.document.select([1])
-    split = hand(host, "split")
-    split.drag([(26, 20), (31, 20), (45, 20), (64, 20)])
-    assert host.steps == ["Split Block 2"]
-    assert (host.labels[:, :30] == 1).all()
-
-
-def test_a_block_that_a_line_parts_is_meant_however_far_it_is_drawn_beyond(host):
-    host.workspace.current.edit(_box_to(host, 3, np.s_[:, 30:36]), "A narrow block")
-    hand(host, "split").drag([(20, 24.5), (28, 24.5), (36, 24.5), (45, 24.5)])
-    assert host.steps[-1] == "Split Block 3"
-    assert (host.labels[:, :30] == 1).all()
-
-
 def test_how_near_an_end_must_come_goes_by_the_screen(host):
     """Seen from afar, a hand misses the boundary by more pixels of the image."""
     give = hand(host, "give")
@@ -387,15 +343,6 @@ def test_a_line_begun_beside_the_chosen_block_is_for_that(host):
     assert (host.labels[:24, :30] == 3).all()
 
 
-def test_a_line_begun_in_the_block_that_gives_is_for_the_one_beside(host):
-    give = hand(host, "give")
-    give.drag([(33, 20.5), (45, 20.5), (62, 20.5)])
-    assert host.labels[10, 50] == 1
-    assert host.steps == ["Give a part of Block 2 to Block 1"]
-    give.drag([(60, 40), (50, 40)])
-    assert "Start the line in the block" in host.said[-1]
-
-
 def test_what_would_lie_apart_from_its_block_is_said(host):
     _three_blocks(host)
     host.workspace.current.edit(_box_to(host, 5, np.s_[:10, :10]), "Corner")
@@ -443,24 +390,6 @@ def test_giving_needs_a_block_that_takes(host):
 # distrust
 
 
-def test_distrusted_depth_is_missing_and_comes_back(host):
-    mark_invalid = hand(host, "mark_invalid")
-    known = host.document.frame.known.copy()
-    mark_invalid.drag([(40, 10), (50, 10)], release=False)
-    assert host.preview.area is not None
-    assert np.array_equal(host.document.frame.known, known), "not before the release"
-    mark_invalid.send(*_release((50, 10)))
-    assert not host.document.frame.known[8:13, 40:50].any()
-    assert host.document.frame.invalid_mask is not None
-    mark_invalid.drag([(44, 10), (60, 10)], "c")
-    assert host.document.frame.known[10, 44:60].all()
-    assert not host.document.frame.known[10, 39]
-    assert host.steps == ["Mark depth invalid", "Mark depth valid"]
-    host.workspace.undo_group.undo()
-    host.workspace.undo_group.undo()
-    assert np.array_equal(host.document.frame.known, known)
-
-
 def test_there_must_be_depth_to_distrust(host):
     mark_invalid = hand(host, "mark_invalid")
     mark_invalid.click((14, 16))
@@ -490,13 +419,6 @@ def test_what_is_given_up_leaves_nothing(host, name):
 
 
 # the pen
-
-
-def test_nearly_upright_is_upright():
-    assert straightened((10, 10), (10.5, 40)) == pytest.approx((10, 40), abs=0.6)
-    x, y = straightened((0, 0), (30, 31))
-    assert x == pytest.approx(y)
-    assert straightened((0, 0), (30, 15)) == (30, 15)
 
 
 @pytest.mark.parametrize(

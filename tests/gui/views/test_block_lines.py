@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.pixel_items import changed_box
 from gui.views.screen_items import Sampling
 from gui.views.screen_layers import BlockLines
 from ilf.data.label_map import whole
@@ -78,11 +77,3 @@ def test_a_device_pixel_shows_the_image_pixel_that_its_middle_lies_in(sampling):
     rows, columns = sampling.box_of((slice(5, 9), slice(3, 20)))
     assert set(sampling.rows[rows]) <= {5, 6, 7, 8}
     assert set(sampling.columns[columns]) <= set(range(3, 20))
-
-
-def test_boxes_of_changes_are_tight_and_missing_equals_missing():
-    before = np.full((6, 8), np.nan, np.float32)
-    after = before.copy()
-    assert changed_box(before, after) is None
-    after[2, 3] = after[4, 6] = 1.0
-    assert changed_box(before, after) == (slice(2, 5), slice(3, 7))

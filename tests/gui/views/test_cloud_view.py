@@ -10,14 +10,12 @@ from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.cloud.cloud_view import CloudView, DepthClip
-from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
 from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
 from gui.work.jobs import stop_workers
 from ilf.data.camera import Camera
 from ilf.drawing.colours import to_indices
-from tests.pins.window.hand import wheel
 
 RED = 200, 30, 30
 
@@ -111,12 +109,6 @@ def test_keys_orbit_zoom_and_reset(qtbot, view):
     assert canvas.camera == home
 
 
-def test_wheel_forward_comes_nearer(view):
-    before = view.canvas.camera.distance
-    wheel(view.canvas, QPointF(50, 50))
-    assert view.canvas.camera.distance < before
-
-
 def test_a_double_click_turns_about_the_point_there(qtbot, view, scene):
     view.canvas.grab()
     middle, home = view.canvas.rect().center(), view.canvas.camera
@@ -129,15 +121,6 @@ def test_a_double_click_turns_about_the_point_there(qtbot, view, scene):
     view.canvas.grab()
     seen = scene.points[scene.index_of(view.canvas._pixel_at(QPointF(middle)))]
     assert np.linalg.norm(seen - camera.target) < 0.05
-
-
-def test_a_cloud_of_the_same_frame_keeps_the_point_of_view(qtbot, view, scene):
-    qtbot.keyClick(view.canvas, Qt.Key.Key_Right)
-    turned = view.canvas.camera
-    view.show_scene(scene, reset=False)
-    assert view.canvas.camera == turned
-    view.show_scene(scene)
-    assert view.canvas.camera != turned
 
 
 def test_points_and_pixels_find_each_other(qtbot, view, scene):
@@ -206,14 +189,6 @@ def test_colours_mean_what_is_chosen(qapp):
     assert [text for _, text in filled.legend] == ["2 filled"]
 
 
-def test_what_cannot_be_shown_says_why(view):
-    view.set_unavailable({ColourBy.ERROR: "This frame has no ground truth: load one"})
-    error, depth = (view._choices[by] for by in (ColourBy.ERROR, ColourBy.DEPTH))
-    assert not error.isEnabled()
-    assert "no ground truth" in error.toolTip()
-    assert depth.isEnabled()
-
-
 def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
     view._choices[ColourBy.DEPTH].trigger()
     assert view.colour_by is ColourBy.DEPTH
@@ -247,41 +222,6 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
     assert not view.canvas.drawing.is_full
     view.canvas.drawing.finish()
     assert view.canvas.drawing.is_full, "for a picture of the window"
-
-
-def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
-    view.show_scene(scene)
-    view.canvas.grab()
-    view.canvas.drawing._ask_whole()
-    qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
-    turned = view.canvas.camera
-    qtbot.waitUntil(lambda: view.canvas.drawing.is_full)
-    assert view.canvas.drawing._picture.look.camera == turned
-
-
-def test_detail_follows_the_time_that_drawing_takes():
-    detail, pixels = DetailLevel(), 1_000_000
-    assert detail.choose(100_000, pixels) == (1, 100_000)
-    side, count = detail.choose(2_000_000, pixels)
-    assert count < 2_000_000
-    for _ in range(30):
-        detail.note(0.3, count, pixels / side**2)
-    slow = detail.choose(2_000_000, pixels)
-    assert slow[0] > side
-    for _ in range(60):
-        detail.note(MOVING_S / 20, slow[1], pixels / slow[0] ** 2)
-    assert detail.choose(2_000_000, pixels)[1] > slow[1]
-
-
-def test_closing_gives_up_what_is_being_drawn(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
-    qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
-    view.canvas.grab()
-    assert view.canvas.drawing._rest.isActive()
-    view.close()
-    assert not view.canvas.drawing._rest.isActive()
-    assert not view.canvas.drawing._whole.busy
 
 
 def test_depths_are_clipped_in_metres(view, monkeypatch):

@@ -4,13 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMenu
 
 import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
-from gui.views.layers import CONTENTS, Content, Layer, checked, missing_reason
+from gui.views.layers import CONTENTS, Content, Layer, checked
 from gui.views.layouts import CELLS
 from ilf.segmentation.edges.frame_edges import find_edges
 
@@ -209,18 +208,6 @@ def test_blocks_of_the_two_sides_are_parted_where_they_differ(views):
     assert painted_at(cell, 10.5, 40.5) == (200, 0, 0)
 
 
-def test_sides_that_are_not_there_yet_say_why(views):
-    for depth, why in (("earlier", "No run before"), ("interpolated", "Interpolating")):
-        views.sides.choose(depth)
-        cell = next(cell for cell in views.cells.values() if cell.content == "a")
-        assert cell.concrete == depth
-        assert missing_reason(cell.concrete, views.data).startswith(why)
-    views.open(views.data.frame.rgb, flat(1.1))
-    views.sheet.set_layout("compare")
-    cell.draw_again()
-    assert cell.view._message.startswith("Interpolating")
-
-
 def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     depth = flat(2.0)
     depth[0, :3] = 9.0
@@ -278,20 +265,6 @@ def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     assert not cell._menu.isVisible(), "the legend opens nothing"
 
 
-def test_the_menu_of_contents_keeps_names_while_depth_is_divided_and_no_former_submenus(views):
-    def offered():
-        cell.open_menu()
-        cell._menu.close()
-        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        return [action.text() for action in cell._menu.actions()], len(cell.findChildren(QMenu))
-
-    views.give(depth=flat(2.1))
-    cell = views.cells["depth-in"]
-    first = offered()
-    views.sides.divide(True)
-    assert offered() == first
-
-
 @pytest.mark.parametrize(
     ("chosen", "sides"),
     [
@@ -312,12 +285,6 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
     assert views.data.sides == sides
     views.sheet.set_layout("grid-difference")
     assert views.cells["difference"].concrete == "difference:result:run-2"
-
-
-def test_without_another_run_the_result_is_compared_with_depth_in(views):
-    views.give(depth=flat(2.0))
-    views.give(runs=[views.run("Mine", flat(2.0), is_result=True)])
-    assert views.data.sides == ("depth-in", "result")
 
 
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):

@@ -13,10 +13,9 @@ import ilf
 from gui.features.curves import draw_curves
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.views.curves.axes import LengthAxis, SumAxis
+from gui.views.curves.axes import LengthAxis
 from gui.views.curves.curve import FLOOR, Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
-from ilf._runtime.formatting import length_text
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 
 
@@ -89,32 +88,6 @@ def test_growing_equals_showing(panel):
     np.testing.assert_equal(drawn(panel.sigma_plot)[0], [1, 2, 3, 4, 5])
 
 
-def test_stages_are_marked_and_the_linear_schedule_has_none(panel):
-    panel.show_curves([curve(staged(count=25, length=8))])
-    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5]]
-    panel.show_curves([curve(staged(count=25, length=8)), curve(staged(count=12, length=5))])
-    assert marks(panel.sigma_plot) == [[8.5, 16.5, 24.5], [5.5, 10.5]]
-    panel.show_curves([curve(linear())])
-    assert marks(panel.sigma_plot) == []
-
-
-def test_colour_weighted_iterations_are_shaded(panel):
-    panel.show_curves([curve(staged(weighted=10))])
-    assert panel.sigma_plot._span.getRegion() == (0.5, 10.5)
-    assert panel.sigma_plot._span.isVisible()
-    panel.show_curves([curve(linear())])
-    assert not panel.sigma_plot._span.isVisible()
-
-
-def test_the_first_iteration_is_a_point(panel):
-    panel.show_curves([curve(linear(1)), curve(staged())])
-    x, y = panel.sigma_plot._points.getData()
-    assert (list(x), list(y)) == ([1], [math.log10(0.9)])
-    assert panel.sigma_plot._points.isVisible()
-    panel.show_curves([curve(linear(2)), curve(staged())])
-    assert not panel.sigma_plot._points.isVisible()
-
-
 def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
     panel.show_curves([curve(linear())])
     assert not panel.hold_out_plot.isVisible()
@@ -148,18 +121,6 @@ def test_the_error_against_a_truth_has_a_plot_and_a_column(panel):
     assert panel.error_plot.isVisible()
     np.testing.assert_allclose(10 ** drawn(panel.error_plot)[1], 0.2 / np.arange(1, 41))
     assert "err 5 mm" in panel.readout.text
-
-
-def test_the_error_after_the_correction_stands_at_the_end(panel):
-    records = [replace(record, error=0.2 / record.i) for record in linear()]
-    panel.show_curves([curve(records, corrected=0.004)])
-    assert "err 4 mm" in panel.readout.text
-    (at,), (value,) = panel.error_plot._points.getData()
-    assert (at, 10**value) == (40, pytest.approx(0.004))
-    panel.look_at(40)
-    assert "err 5 mm" in panel.readout.text, "the last iteration was not corrected yet"
-    panel.look_at(None)
-    assert "err 4 mm" in panel.readout.text
 
 
 def test_a_corrected_block_has_the_error_of_its_depth(panel):
@@ -224,15 +185,6 @@ def test_a_curve_that_ended_at_a_limit_says_so(panel):
     assert panel.readout.toolTip() == ""
 
 
-def test_readout_reads_all_curves_at_one_place(panel):
-    panel.show_curves([curve(staged(12)), curve(linear(40), "Run 2", dashed=True)])
-    panel.l1_plot.hovered.emit(20.2)
-    first, second = panel.readout.text.splitlines()
-    assert first.startswith("Table   i 12   ")
-    assert second.startswith("Run 2   i 20   σ 45 mm   L1 1,020 m")
-    assert panel.l1_plot._cursor.value() == 20
-
-
 def test_over_time_the_nearest_in_time_is_read(panel):
     panel.show_curves([curve(staged())])
     panel.set_by_time(True)
@@ -265,23 +217,6 @@ def test_the_edge_aware_filter_tells_of_its_grid_and_round(panel):
     assert "cells 1 px   round 1   stage 4" in panel.readout.text
 
 
-def test_no_curves_show_the_hint(panel):
-    panel.show_curves([curve(staged())])
-    assert panel._pages.currentIndex() == 1
-    panel.show_curves([])
-    assert list(panel.records) == []
-    assert panel._pages.currentIndex() == 0
-    assert panel.readout.text == ""
-
-
-@pytest.mark.parametrize(
-    ("metres", "text"),
-    [(10, "10 m"), (1, "1 m"), (0.1, "100 mm"), (1e-3, "1 mm"), (1e-4, "0.1 mm"), (1e-6, "1 µm"), (0, "0 mm")],
-)
-def test_lengths_have_the_unit_that_reads_best(metres, text):
-    assert length_text(metres) == text
-
-
 @pytest.mark.parametrize(
     ("low", "high", "size"), [(-6.2, 1.3, 90), (-2.5, -0.2, 200), (-3.0, 0.0, 20), (-2.3, -1.1, 60)]
 )
@@ -304,12 +239,6 @@ def test_the_mouse_points_at_an_iteration_until_it_leaves(qtbot, panel):
     qtbot.waitUntil(lambda: panel.readout.text.startswith("Table   i 12 "))
     QApplication.sendEvent(plot, QEvent(QEvent.Type.Leave))
     assert panel.readout.text.startswith("Table   i 40 ")
-
-
-@pytest.mark.parametrize("height", [30, 45, 70, 200])
-def test_labels_of_sums_have_room(qtbot, height):
-    ((_, values),) = SumAxis().tickValues(334_560, 335_470, height)
-    assert 1 <= len(values) <= max(1, height / 15)
 
 
 def test_a_block_without_curves_says_why(panel):

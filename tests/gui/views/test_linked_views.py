@@ -6,19 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QBrush, QContextMenuEvent, QPainterPath
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
-from gui.views.colour_bar import log_ticks, round_ticks, tick_text
 from gui.views.colours import depth_table, error_table
-from gui.views.image_view import ViewTransform
-from gui.views.interaction import PointerEvent, PointerKind, Preview
-from gui.views.layouts import GRIDS, correct_places, picture_area
+from gui.views.interaction import PointerKind
+from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
 from ilf.drawing.blocks import inner_points
-from ilf.drawing.colours import robust_difference_level, robust_error_levels, to_indices
+from ilf.drawing.colours import robust_difference_level, to_indices
 from tests.pins.window.hand import wheel
 
 from .given_views import GivenViews, colour_at, place
@@ -66,20 +64,6 @@ def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
         assert not press.ctrl
 
 
-def test_a_drag_goes_to_the_handler_and_does_not_pan(views):
-    heard = []
-    views.navigation.set_handler(heard.append)
-    view = view_of(views, "depth-in")
-    before = view.viewportTransform()
-    QTest.mousePress(view.viewport(), LEFT, pos=place(view, 20, 20))
-    QTest.mouseMove(view.viewport(), place(view, 30, 25))
-    QTest.mouseRelease(view.viewport(), LEFT, pos=place(view, 31, 25))
-    QTest.mouseMove(view.viewport(), place(view, 40, 25))
-    kinds = [event.kind for event in heard if event.kind is not PointerKind.LEAVE]
-    assert kinds == [PointerKind.PRESS, PointerKind.MOVE, PointerKind.RELEASE, PointerKind.HOVER]
-    assert view.viewportTransform() == before
-
-
 @pytest.mark.parametrize("handler", [None, lambda event: False])
 def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
     views.navigation.set_handler(handler)
@@ -93,22 +77,6 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
         centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
         assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
         assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
-
-
-@pytest.mark.parametrize(("answer", "expected"), [(True, ["DOUBLE"]), (None, ["DOUBLE", "PRESS"])])
-def test_a_double_click_nobody_takes_is_one_more_press(views, answer, expected):
-    kinds = []
-
-    def handler(event: PointerEvent) -> bool | None:
-        kinds.append(event.kind.name)
-        return answer
-
-    views.navigation.set_handler(handler)
-    view = view_of(views)
-    QTest.mouseDClick(view.viewport(), LEFT, pos=QPoint(100, 100))
-    start = kinds.index("DOUBLE")
-    assert kinds[start : start + len(expected)] == expected
-    assert ("PRESS" in kinds[start:]) == ("PRESS" in expected)
 
 
 def test_the_wheel_zooms_all_views_at_the_cursor(views):
@@ -173,27 +141,6 @@ def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views,
     assert view_of(views).transform().m11() == scale
 
 
-def test_the_cursor_is_a_pixel_or_none(views, qtbot):
-    view = view_of(views, "depth-out")
-    seen = []
-    views.cursorMoved.connect(seen.append)
-    QTest.mouseMove(view.viewport(), place(view, 5.5, 7.5))
-    QTest.mouseMove(view.viewport(), place(view, 5.4, 7.6))
-    QTest.mouseMove(view.viewport(), place(view, -0.6, 7.5))
-    assert seen == [(5, 7), None]
-
-
-def test_the_crosshair_is_in_all_views_that_are_shown_and_in_no_others(views):
-    views.give(depth=np.full((HEIGHT, WIDTH), 2.5, np.float32))
-    QTest.mouseMove(view_of(views).viewport(), place(view_of(views), 30.5, 20.5))
-    assert views.cells["depth-in"].bar.value == 2.0
-    views.set_content("difference", "difference:result:depth-in")
-    views.sheet.set_layout("grid-difference")
-    assert views.cells["difference"].bar.value == pytest.approx(500), "without another move"
-    views.sheet.set_layout("compare")
-    assert views.cells["depth-in"].bar.value is None
-
-
 def test_a_context_menu_names_place_and_pixel(views, qtbot):
     view = view_of(views)
     position = place(view, 20.5, 10.5)
@@ -245,15 +192,6 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert bar.levels is None
 
 
-def test_the_expected_error_is_drawn_over_the_mark_of_measured_depth(views):
-    error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
-    error[:, :32] = 0.01  # of a run for which depth was invalid that is valid now
-    views.give(expected=error)
-    view = view_of(views, "expected-error")
-    filled, valid_now, measured = (colour_at(view, place(view, x, y)) for x, y in ((15, 15), (25, 40), (40, 40)))
-    assert filled == valid_now != measured
-
-
 def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_alone(views):
     error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
     doubtful = np.zeros((HEIGHT, WIDTH), bool)
@@ -268,17 +206,6 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     views.give(expected=error, unsupported=np.zeros_like(doubtful))
     assert not stripes.pixels.any()
     assert not cells["expected-error"]._stripe_legend
-
-
-def test_levels_of_the_expected_error_are_round_and_never_equal():
-    assert robust_error_levels(np.full((4, 4), np.nan, np.float32)) == (1.0, 10.0)
-    assert robust_error_levels(np.float32([3.0, 3.0])) == pytest.approx((2.0, 20.0))
-    assert robust_error_levels(np.float32([0.7, 5.0, 430.0])) == pytest.approx((0.5, 500.0))
-
-
-def test_logarithmic_ticks_are_as_many_as_there_is_room_for():
-    assert log_ticks(1.0, 100.0, 3) == [("1", 0.0), ("10", 0.5), ("100", 1.0)]
-    assert [text for text, _ in log_ticks(0.2, 20.0, 8)] == ["0.2", "0.5", "1", "2", "5", "10", "20"]
 
 
 def test_depth_colours_follow_levels_and_map(views):
@@ -324,18 +251,6 @@ def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     views.select(3)
     np.testing.assert_array_equal(in_boxes[0], views.blocks.pixels)
     np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.pixels)
-
-
-def test_the_overlay_shows_over_the_colour_and_hides_by_alpha(views):
-    labels, table = blocks()
-    view = view_of(views)
-    plain = colour_at(view, place(view, 15.5, 15.5))
-    views.blocks.set_opacity(1.0)
-    views.paint(labels, table)
-    assert colour_at(view, place(view, 15.5, 15.5)) == (200, 0, 0)
-    table[1, 3] = 0
-    views.paint(labels, table)
-    assert colour_at(view, place(view, 15.5, 15.5)) == plain
 
 
 def border_colours(views, name, x, y):
@@ -491,18 +406,6 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     assert [text for _, text in cell.strip._legend] == ["missing"]
 
 
-def test_previews_show_in_every_view(views):
-    path = QPainterPath()
-    path.addRect(20, 20, 10, 10)
-    views.set_preview(Preview(path))
-    for name in ("colour", "depth-in"):
-        view = view_of(views, name)
-        row = [colour_at(view, place(view, 20, 25) + QPoint(shift, 0)) for shift in (-1, 0, 1)]
-        assert (255, 221, 51) in row
-    views.set_preview(None)
-    assert view_of(views).preview.boundingRect().isEmpty()
-
-
 def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     shown = []
     views.sheet.layoutChanged.connect(shown.append)
@@ -547,14 +450,6 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
 
 
-@pytest.mark.parametrize(("room", "at_the_right"), [((1200, 600), True), ((700, 900), False)])
-def test_the_small_views_stand_where_the_pictures_become_largest(room, at_the_right):
-    large, *small = correct_places(3, *room, 4 / 3, 18)
-    assert (small[0][0] > 0) is at_the_right
-    assert all(x + width <= room[0] and y + height <= room[1] for x, y, width, height in (large, *small))
-    assert picture_area(large, 4 / 3, 18) > 4 * max(picture_area(place, 4 / 3, 18) for place in small)
-
-
 @pytest.mark.parametrize("width", [640, 1100, 2000])
 @pytest.mark.parametrize(("metres", "unit"), [((0.42, 5.3), "m"), ((1.5, 1.52), "m"), ((3.0, 90.0), "m")])
 def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views, width, metres, unit):
@@ -572,56 +467,6 @@ def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views,
     assert all(left.right() < right.left() for left, right in pairwise(places))
 
 
-def test_the_legend_has_words_only_the_most_needed_first_and_as_many_as_have_room(views):
-    strip = views.cells["depth-out"].strip
-    legend = [(QBrush(), text) for text in ("unsupported", "measured", "missing")]
-    strip.set_legend(legend)
-    shown = [[text for _, text in strip.legend_in(room)] for room in range(0, 400, 10)]
-    words = ["missing", "unsupported", "measured"]
-    assert shown[0] == []
-    assert shown[-1] == words
-    assert all(some == words[: len(some)] for some in shown), "from the left"
-    assert {len(some) for some in shown} == {0, 1, 2, 3}
-    assert all(word in strip.toolTip() for word in words)
-
-
-def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
-    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
-    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
-    views.set_preview(Preview(QPainterPath(), corners))
-
-    def sizes():
-        """Side of a handle, and the distance to the next one, on the screen."""
-        view = view_of(views)
-        image = view.viewport().grab().toImage()
-        centre = view.viewportTransform().map(QPointF(*corners[3]))
-        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
-        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
-        near = [x for x in yellow if abs(x - centre.x()) < 8]
-        return len(near), math.dist(corners[3], corners[4]) * view.transform().m11()
-
-    found = []
-    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
-        views.zoom_to(*box)
-        found.append(sizes())
-    sides, distances = zip(*found, strict=True)
-    assert all(2 <= side <= 9 for side in sides)
-    assert all(2 * side < distance for side, distance in found)
-    assert sides[0] < sides[1] == sides[2]
-    assert distances[0] < distances[1] < distances[2]
-
-
-def test_without_a_frame_there_is_a_hint_and_a_deaf_mouse(views):
-    heard = []
-    views.navigation.set_handler(heard.append)
-    views.workspace.show(None)
-    views.workspace.tell()
-    QTest.mouseClick(view_of(views).viewport(), LEFT, pos=QPoint(50, 50))
-    assert heard == []
-    assert not view_of(views).isVisible()
-
-
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):
     seen = {}
     for name in ("light", "dark"):
@@ -632,20 +477,3 @@ def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtb
         assert colour_at(view, QPoint(1, 1)) == expected.getRgb()[:3]
         seen[name] = colour_at(view, place(view, 15, 15))
     assert min(seen["light"]) > max(seen["dark"]) + 60
-
-
-def test_ticks_are_round_and_inside():
-    ticks, step = round_ticks(-50, 50, 6)
-    assert (ticks, step) == ([-40, -20, 0, 20, 40], 20)
-    assert tick_text(-40, 20) == "\u221240"
-    assert tick_text(1.5, 0.5) == "1.5"
-    assert all(0.71 <= tick <= 4.02 for tick in round_ticks(0.71, 4.02, 5)[0])
-
-
-def test_a_transform_keeps_its_centre_in_the_frame():
-    transform = ViewTransform()
-    transform.set_view(400, 300)
-    transform.set_frame(640, 480)
-    transform.pan(1e6, -1e6)
-    assert (transform.x, transform.y) == (0, 480)
-    assert not transform.fitted

@@ -77,15 +77,3 @@ def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, 
     data.stage = ShownStage("binarised")
     cell.draw_again()
     assert cell.strip.title == "Extraction: binarised"
-
-
-def test_only_strength_has_a_colour_bar(cell, data):
-    extraction, rgb = _extraction(), np.full((8, 12, 3), 100, np.uint8)
-    for stage in STAGES:
-        data.stage = ShownStage(stage, stage_picture(stage, rgb, extraction))
-        cell.draw_again()
-        assert cell.bar.levels == ((0.0, 1.0) if stage == "strength" else None)
-        assert cell.picture.image is not None
-    data.stage = ShownStage(message="none")
-    cell.draw_again()
-    assert cell.picture.image is None

@@ -113,15 +113,6 @@ def test_panels_of_one_purpose_share_a_place(window, qtbot):
     qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
 
 
-def test_no_panel_makes_the_window_larger(window):
-    window.resize(1280, 720)
-    for title in ("Frames", "Convergence", "History", "Accuracy", "Range"):
-        _click(window, title)
-        assert window.size() == QSize(1280, 720), title
-    window.actions_["show_range"].trigger()
-    assert window.size() == QSize(1280, 720)
-
-
 def test_full_screen_by_f11_and_back_and_escape_does_not_quit(window, qtbot):
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)

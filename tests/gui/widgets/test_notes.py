@@ -1,14 +1,13 @@
 """What the window says in passing."""
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
-from PySide6.QtTest import QTest
+from PySide6.QtCore import QEvent, QPoint, QPointF
+from PySide6.QtGui import QEnterEvent, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.widgets.basics import Message
 from gui.widgets.notices import LogPanel, Notes, ProblemBox
-from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
+from gui.widgets.toasts import Toast, Toasts
 
 
 @pytest.fixture
@@ -57,26 +56,6 @@ def test_options_of_the_command_line_are_not_told_in_a_window(window, toasts, qt
     box.close()
 
 
-def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):
-    field, bar = window.centralWidget(), window.statusBar()
-    field.setFocus()
-    before = field.geometry()
-    for message in ("one", "two", "three of them " * 20, "one", "four"):
-        toasts.show_message(message, 10_000)
-    assert [toast.message[:5] for toast in toasts.shown] == ["three", "one", "four"]
-    assert len(toasts.shown) == MAX_TOASTS
-    assert [toast.isVisible() for toast in toasts.shown] == [False, False, True]
-    for left in ("one", "three"):
-        QTest.mouseClick(toasts.shown[-1].close_button, Qt.MouseButton.LeftButton)
-        assert toasts.message.startswith(left)
-        QApplication.processEvents()
-        (toast,) = (toast for toast in toasts.shown if toast.isVisible())
-        assert bar.rect().contains(toast.geometry())
-        assert toast.width() < 0.7 * bar.width(), "the hint keeps its place"
-    assert field.geometry() == before, "pictures do not move"
-    assert QApplication.focusWidget() is field
-
-
 @pytest.mark.parametrize(("text", "is_cut"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
 def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, is_cut):
     said: list[str] = []
@@ -103,20 +82,3 @@ def test_one_stays_while_the_pointer_is_on_it(toasts, qtbot, monkeypatch):
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone):
         pass
-
-
-def test_a_command_is_offered_once(window, toasts):
-    action = QAction("&Clean up…", window)
-    given: list[bool] = []
-    action.triggered.connect(lambda: given.append(True))
-    toasts.show_message("3 slivers left.", 10_000, action)
-    (toast,) = toasts.shown
-    assert toast.commands[0].text() == "Clean up"
-    QTest.mouseClick(toast.commands[0], Qt.MouseButton.LeftButton)
-    assert given == [True]
-    assert toasts.shown == []
-    for left in (1, 2):
-        toasts.show_message(f"{left} slivers left.", 10_000, action)
-    assert [toast.message for toast in toasts.shown] == ["2 slivers left."]
-    action.trigger()
-    assert toasts.shown == []

@@ -87,14 +87,6 @@ def test_wheel_scrolls_the_panel_and_changes_no_value(form, qtbot):
     assert form.parameters() == PAPER
 
 
-def test_special_minimum_is_a_word(qtbot):
-    form = ParameterForm(ilf.BlockParameters)
-    qtbot.addWidget(form)
-    form.all_button.setChecked(True)
-    assert form.findChild(QDoubleSpinBox, "canny_high").text() == "auto"
-    assert form.findChild(QSpinBox, "margin").text() == "auto"
-
-
 def _shown(form) -> list[str]:
     """Names of the parameters whose editors can be seen, or scrolled to."""
     editors = {name: form.findChild(QWidget, name) for name in form.parameters().declarations()}

@@ -88,32 +88,6 @@ def test_after_forget_nothing_is_heard_of_older_questions(oracle, qtbot, questio
     assert oracle.told == [(3, 30)]
 
 
-def test_what_was_forgotten_can_be_asked_again_at_once(oracle, qtbot):
-    oracle.ask(1)
-    oracle.questions.forget()
-    oracle.ask(1)
-    _settle(oracle, qtbot)
-    assert oracle.told == [(1, 10)]
-    assert oracle.asked == [1, 1]
-
-
-def test_who_hears_an_answer_may_ask_at_once(oracle, qtbot):
-    oracle.ask(1, lambda: oracle.ask(5))
-    oracle.ask(2)
-    _settle(oracle, qtbot)
-    assert oracle.told == [(1, 10), (5, 50)], "it takes the place of the one that waited"
-
-
-def test_shutdown_waits_for_the_thread_and_tells_nothing(oracle, qtbot):
-    oracle.ask(1)
-    oracle.ask(2)
-    oracle.gate.set()
-    assert stop_workers(oracle.questions)
-    qtbot.wait(60)
-    assert oracle.told == []
-    assert 2 not in oracle.asked
-
-
 def test_parts_and_shares_are_told_before_the_answer(oracle, qtbot):
     def steps():
         yield 0.5

@@ -8,7 +8,6 @@ from gui.work.frame_runs import RunState
 from gui.work.runs import LiveSolver
 from ilf.data.guide import Guide
 from ilf.evaluation.edit_summary import EditSummary
-from ilf.segmentation.editing.cleaning import merge
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ..states import QUICK
@@ -55,13 +54,6 @@ def test_touched_blocks_are_solved_again_the_chosen_one_first(bench, solver, unt
     bench.document.undo_stack.undo()
     assert bench.runs.state is RunState.IDLE, "what undo brings back needs no solving"
     assert bench.document.changed_blocks() == []
-
-
-def test_blocks_that_an_edit_does_not_touch_are_left_alone(bench, solver, until):
-    bench.run_all()
-    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
-    until(lambda: bench.document.changed_blocks() == [])
-    assert _asked(bench)[1:] == [[2, 3]]
 
 
 def test_nothing_is_solved_before_a_first_run_or_where_it_is_not_wanted(bench, solver, live):
@@ -183,14 +175,6 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     assert "appears here" in line.label.text()
 
 
-def test_of_two_edits_the_last_is_said(bench, solver, line, summary, until):
-    bench.run_all()
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    bench.workspace.current.edit(merge(bench.document.labels, [1, 2]), "Merge")
-    until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
-    assert "<b>Merge</b>" in line.label.text()
-
-
 def test_without_live_what_an_edit_did_is_said_after_the_next_run(
     bench, live, solver, line, summary, until, monkeypatch
 ):
@@ -254,13 +238,3 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
     words = line.label.text()
     assert "ground truth 100\u00a0→\u00a0" in words
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected RMS")
-
-
-def test_pixels_that_are_filled_no_longer_are_said(line):
-    line.show_message("Edit", EditSummary(3, (2500, 1200)))
-    fewer = line.label.text()
-    assert "filled 2,500\u00a0→\u00a0" in fewer
-    line.show_message("Edit", EditSummary(3, (2500, 2600)))
-    assert line.label.text().split("color:")[1][:7] == fewer.split("color:")[1][:7], "neither better nor worse"
-    line.show_message("Edit", EditSummary(3, (2500, 2500)))
-    assert "filled" not in line.label.text()

@@ -37,16 +37,3 @@ def _after(*notes: tuple[float, float]) -> Pace:
 )
 def test_it_is_said_when_there_is_something_to_say(seconds, share, said):
     assert _after((0, 0.0), (seconds, share)).text() == said
-
-
-def test_what_it_was_held_for_does_not_count_and_other_work_begins_anew():
-    clock = Clock()
-    pace = Pace(clock)
-    pace.note(0.0)
-    clock.now += 3
-    pace.note(0.5, going=False)
-    clock.now += 600
-    pace.note(0.5)
-    assert pace.left == pytest.approx(3)
-    pace.note(0.1)
-    assert pace.left is None

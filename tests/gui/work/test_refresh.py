@@ -92,22 +92,6 @@ def test_now_draws_at_once_and_leaves_nothing_for_the_next_turn(bench):
     assert bench.drawn == ["first", "third"]
 
 
-def test_a_part_that_makes_a_later_one_stale_has_it_drawn_in_the_same_turn(bench):
-    bench.refresh.add("before", lambda: bench.refresh.mark("after"), NO_PART)
-    bench.refresh.add("after", lambda: bench.drawn.append("after"), NO_PART)
-    bench.refresh.mark("before")
-    bench.refresh.now()
-    assert bench.drawn == ["after"]
-
-
-def test_a_part_that_makes_an_earlier_one_stale_has_it_drawn_in_the_next_turn(bench, qtbot):
-    bench.refresh.add("late", lambda: bench.refresh.mark("first"), NO_PART)
-    bench.refresh.mark("late")
-    bench.refresh.now()
-    assert bench.drawn == []
-    qtbot.waitUntil(lambda: bench.drawn == ["first"])
-
-
 def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(bench, qtbot):
     bench.workspace.note(Part.PREVIEWS)
     qtbot.waitUntil(lambda: bench.drawn == ["second"])
@@ -118,13 +102,6 @@ def test_what_can_wait_is_drawn_after_a_while_and_not_with_every_other_part(benc
         bench.refresh.now()
     assert bench.drawn == ["first"] * 3, "the window has just drawn it"
     qtbot.waitUntil(lambda: bench.drawn == ["first"] * 3 + ["second"])
-
-
-def test_what_can_wait_is_drawn_with_the_rest_where_that_makes_it_stale_too(bench):
-    bench.change(Part.PREVIEWS)
-    bench.source.urgent.emit()
-    bench.refresh.now()
-    assert bench.drawn == ["first", "second"]
 
 
 def test_expensive_drawing_leaves_the_window_its_time(bench, monkeypatch):
@@ -174,13 +151,3 @@ def test_after_stop_nothing_is_drawn(bench):
     _turn()
     assert bench.drawn == []
     assert not bench.refresh._later.isActive()
-
-
-def test_what_nothing_draws_cannot_be_marked(bench):
-    with pytest.raises(KeyError, match="fourth"):
-        bench.refresh.mark("first", "fourth")
-
-
-def test_draw_all_draws_every_part(bench):
-    bench.refresh.draw_all()
-    assert bench.drawn == ["first", "second", "third"]

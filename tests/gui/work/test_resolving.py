@@ -6,17 +6,7 @@ import pytest
 
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
-from gui.work.jobs import stop_workers
 from ilf import preset
-
-
-def test_nothing_is_solved_anew_during_a_run(bench):
-    bench.runs.current.start()
-    bench.runs.current.resolve([1])
-    assert bench.runs.state is RunState.RUNNING
-    bench.finish()
-    assert len(bench.script.runs) == 1
-    assert bench.resolved == []
 
 
 def test_of_many_values_the_last_is_solved_after_the_one_under_way(bench, until, monkeypatch):
@@ -133,46 +123,12 @@ def test_clearing_drops_the_result_that_a_re_solve_is_about_to_give(bench, until
     assert set(bench.document.valid_results()) == {1}, "only that one was given up"
 
 
-def test_clearing_one_frame_leaves_the_re_solve_of_another(bench, until):
-    bench.runs.current.resolve([1])
-    bench.open("second")
-    bench.runs.current.clear_results()
-    bench.script.allow()
-    until(lambda: set(bench.document.valid_results()) == {1})
-
-
 def test_clearing_during_a_run_forgets_what_is_done_and_the_run_goes_on(bench):
     bench.run_first_block()
     bench.runs.current.clear_results()
     assert bench.runs.state is RunState.RUNNING
     bench.finish()
     assert set(bench.document.valid_results()) == {2}
-
-
-def test_a_re_solve_shows_its_first_preview_after_a_moment(bench, until, clock):
-    bench.script.records = 1000
-    live = bench.document.results.live
-    bench.runs.current.resolve([1])
-    clock[0] += 0.0299
-    bench.script.allow(2)
-    until(lambda: len(live.get(1, [])) == 2)
-    assert bench.run.previews == 0
-    clock[0] += 0.0002
-    bench.script.allow(1)
-    until(lambda: len(live[1]) == 3)
-    assert bench.run.previews == 1
-
-
-def test_stopping_all_stops_the_patience(bench, monkeypatch):
-    monkeypatch.setattr("gui.work.frame_runs._PATIENCE_MS", 100_000)  # however busy the machine is
-    bench.script.records = 1000
-    bench.runs.current.resolve([1])
-    bench.get_going()
-    bench.runs.current.resolve([1])
-    assert bench.patience.isActive()
-    bench.script.allow()
-    assert stop_workers(bench.runs)
-    assert not bench.patience.isActive()
 
 
 def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(bench):
@@ -186,9 +142,3 @@ def test_edited_blocks_are_solved_in_order_and_what_was_left_comes_after_them(be
     assert [list(steps.run.only) for steps in bench.script.runs] == [[2, 1], [1, 2]]
     assert set(bench.document.valid_results()) == {1, 2}
     assert bench.resolved[-1].startswith("2 blocks: 2 iterations in ")
-
-
-def test_blocks_that_are_gone_are_not_solved(bench):
-    bench.runs.current.resolve([9])
-    assert bench.runs.state is RunState.IDLE
-    assert bench.script.runs == []

@@ -8,14 +8,10 @@ from gui.features.blocks.feature import block_rows
 from gui.state.parts import Part
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
-from gui.work.jobs import stop_workers
 from ilf import preset
-from ilf._runtime.cancellation import current_cancel_events
-from ilf.data.label_map import Block, find_blocks
-from ilf.data.results import BlockResult
+from ilf.data.label_map import find_blocks
 from ilf.segmentation.editing.cleaning import merge
 
-from ..scripted_runs import ScriptedSteps
 from ..states import Told
 
 # starting and ending
@@ -103,28 +99,6 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench,
     bench.runs.current.toggle_pause()
     until(lambda: bool(bench.said))
     assert len(bench.document.valid_results()[2].history) == 50
-
-
-def test_steps_that_tell_of_no_block_are_part_of_the_one_that_does(bench, until):
-    bench.script.records, bench.script.silent = 1, 5
-    bench.script.allow()
-    bench.workspace.select([2])
-    bench.runs.current.step()
-    until(lambda: bench.runs.state is RunState.PAUSED and len(bench.document.results.live.get(2, [])) == 1)
-    bench.runs.current.step()
-    until(lambda: 2 in bench.document.valid_results())
-    assert bench.runs.state is RunState.PAUSED
-    bench.runs.current.cancel()
-    until(lambda: bool(bench.said))
-
-
-def test_without_a_choice_stepping_goes_over_all_blocks(bench, until):
-    bench.script.allow()
-    bench.runs.current.step()
-    until(lambda: bench.runs.state is RunState.PAUSED)
-    assert bench.run.run.only is None
-    bench.runs.current.cancel()
-    until(lambda: bool(bench.said))
 
 
 def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
@@ -235,17 +209,6 @@ def test_frames_run_side_by_side(bench, until):
 # the end
 
 
-def test_shutdown_ends_the_thread_and_says_nothing(bench, qtbot):
-    bench.script.records = 100_000
-    bench.script.allow(200_000)
-    bench.runs.current.start()
-    assert stop_workers(bench.runs)
-    assert bench.runs.state is RunState.IDLE
-    assert bench.run.closed
-    qtbot.wait(60)
-    assert bench.said == []
-
-
 def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench):
     """As they are without it, so that they count as changed."""
     bench.run_first_block()
@@ -260,20 +223,6 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench)
     assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
     row = next(row for row in block_rows(bench.document, bench.runs.current) if row.label == 2)
     assert row.detail.startswith("The result, completed, waits for the learned correction.")
-
-
-def test_a_block_that_is_done_as_the_run_is_cancelled_stays(bench, monkeypatch):
-    make = ScriptedSteps._result
-
-    def result_then_cancelled(self: ScriptedSteps, label: int, block: Block) -> BlockResult:
-        for cancel_event in current_cancel_events():
-            cancel_event.set()
-        return make(self, label, block)
-
-    monkeypatch.setattr(ScriptedSteps, "_result", result_then_cancelled)
-    bench.run_first_block()
-    bench.cancel()
-    assert set(bench.document.valid_results()) == {1}
 
 
 def second_depth(bench) -> np.ndarray:

@@ -87,15 +87,6 @@ def test_what_was_yielded_before_a_cancel_still_comes(worker, said, until):
     assert job.closed
 
 
-def test_a_job_that_ends_as_it_is_cancelled_is_cancelled(worker, said, until):
-    job = Job(1)
-    worker.start(job)
-    worker.cancel()
-    job.gate.release()
-    until(lambda: not worker.busy)
-    assert said[-1] == "cancelled"
-
-
 def test_pausing_stepping_and_going_on(worker, said, until):
     job = Job(5)
     job.gate.release(5)
@@ -112,18 +103,6 @@ def test_pausing_stepping_and_going_on(worker, said, until):
     assert [item for item in said if item != "paused"] == [0, 1, 2, 3, 4, ("finished", "done")]
     assert said.count("paused") == 3
     assert not worker.is_paused
-
-
-def test_a_pause_takes_hold_after_the_present_step(worker, said, until):
-    job = Job()
-    worker.start(job)
-    worker.order(Order.PAUSE)
-    job.gate.release(3)
-    until(lambda: "paused" in said)
-    assert said == [0, "paused"]
-    worker.order(Order.RUN)
-    until(lambda: not worker.busy)
-    assert said == [0, "paused", 1, 2, ("finished", "done")]
 
 
 def test_nothing_is_heard_after_a_shutdown(worker, said, qtbot):

@@ -125,14 +125,6 @@ def test_batch_prints_one_json_document(source, tmp_path, begun, cli):
     assert (found["folder"], found["files"]) == (str(out), ["manifest.csv"])
 
 
-def test_failed_frames_are_counted_beside_the_bar(source, tmp_path, cli, begun):
-    (source / "depth" / "0001.png").write_bytes(b"no image")
-    told = cli("batch", source, "--out", tmp_path / "out", "--progress", "--frames", "1:2", *FLAGS, status=1)
-    assert "1/1 frames" in told.err
-    assert "left, 1 failed" in told.err
-    assert "frames per second" not in told.out
-
-
 def test_frames_of_other_settings_are_done_again_on_request(source, tmp_path, begun):
     command = ["batch", str(source), "--out", str(tmp_path / "out"), "--quiet", "--frames", ":2", *FLAGS]
     assert main(command) == 0

@@ -1,11 +1,9 @@
 """What holds for every sink, a folder, shards, and shards at an address: nothing is done twice, nothing is lost."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-import ilf.batch.engine
 from ilf.cli import main
 from ilf.sources.opening import close_all
 
@@ -102,26 +100,3 @@ def test_failed_frames_are_told_and_tried_again_on_request(source, out, begun, a
     assert main(out.command(source, "--retry-failed")) == 0
     assert begun[6:] == ["rgb/0001"]
     assert out.results() == alone
-
-
-def test_other_settings_are_noticed_and_change_nothing(source, out, begun, capsys):
-    assert main(out.command(source, "--frames", ":2")) == 0
-    before = out.results()
-    assert main(out.command(source, "--frames", ":2", "--max-iterations", "6")) == 1
-    assert "other settings (parameters.max_iterations: 5, now 6). Choose another folder" in capsys.readouterr().err
-    assert (len(begun), out.results()) == (2, before)
-
-
-def test_a_frame_that_crashes_twice_is_a_failed_one(source, out, begun, monkeypatch, capsys):
-    real = ilf.batch.engine.run_in_processes
-
-    def crashing(work, frames, **how) -> Iterator[tuple]:
-        crashed = []
-        sound = (frame for frame in frames if frame.key != "rgb/0001" or crashed.append(frame))
-        yield from real(work, sound, **how)
-        yield from ((frame, None) for frame in crashed)  # last, as after the second crash
-
-    monkeypatch.setattr(ilf.batch.engine, "run_in_processes", crashing)
-    assert main(out.command(source)) == 1
-    assert "rgb/0001: The process crashed twice" in capsys.readouterr().err
-    assert out.rows() == [(key, "failed" if key == "rgb/0001" else "completed") for key in KEYS]

@@ -18,7 +18,6 @@ import ilf
 from ilf._runtime.installation import asset_path
 from ilf.cli import main, output, parsing
 from ilf.cli.commands import COMMANDS, build_parser
-from ilf.cli.usage import EXIT_STATUSES
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.io.labels import read_labels, write_mask
@@ -289,14 +288,6 @@ def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(com
     assert [flag in text for flag in flags] == [extracts] * len(flags)
 
 
-def test_help_shows_range_unit_default_and_preset(cli, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "400")
-    text = " ".join(cli("complete", "--help").out.split())
-    assert "[0 to 1 m; default 0.0005 m; in paper 0.005 m; in released-code 0.005 m]" in text
-    assert "[default staged; in released-code linear]" in text
-    assert "% of frame" in text
-
-
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
@@ -447,11 +438,6 @@ def test_info_shows_what_is_wrong_with_a_set(files, cli):
     assert "an interrupted export" in fails(cli, "info", "out")
 
 
-def test_words_of_a_table_stand_left_and_numbers_right():
-    columns = output.Column("block", lambda row: row[0]), output.Column("pixels", lambda row: row[1])
-    assert output.table(columns, [("wall", 7), ("floor", 1234)]) == ["block  pixels", "wall        7", "floor    1234"]
-
-
 def test_sample_is_copied_and_nothing_else_overwritten(tmp_path, capsys, cli):
     folder = tmp_path / "here" / "room"
     for _ in range(2):
@@ -488,19 +474,6 @@ def test_version_and_help_import_neither_commands_nor_numpy(words):
     assert "numpy" not in modules
     ours = {name.removeprefix("ilf.") for name in modules if name.startswith("ilf.")}
     assert {name for name in ours if not name.startswith("_runtime")} == {"cli", "cli.commands", "cli.usage", "errors"}
-
-
-def test_help_names_all_commands_and_exit_statuses(cli):
-    text = _without_spaces(cli("--help").out)
-    for name, sentence in COMMANDS.items():
-        assert _without_spaces(name + sentence) in text
-    for status, sentence in EXIT_STATUSES.items():
-        assert _without_spaces(f"{status}{sentence}") in text
-
-
-def _without_spaces(text: str) -> str:
-    """Lines are broken elsewhere by other versions of Python, also at hyphens."""
-    return "".join(text.split())
 
 
 _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."

@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from ilf._runtime.installation import asset_path
 from ilf.cli import main
 from ilf.cli.run_output import completion_record, completion_report, dominant_block, errors_of
 from ilf.data.parameters import BlockParameters
-from ilf.data.presets import UserPreset, save_preset, write_preset
+from ilf.data.presets import UserPreset, write_preset
 from ilf.evaluation.evaluation import Evaluation, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hold_out_steps
 from ilf.evaluation.sweep import Sweep, run_sweep
@@ -97,14 +96,6 @@ def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
     monkeypatch.setattr("ilf.cli.run_output.unsupported", lambda of: of.filled)
     why = "100% of its filled pixels are unsupported by measurements"
     assert f"{line.removesuffix('.')}; {why}." in report_of(completion)
-
-
-def test_evaluate_names_the_block_that_most_of_the_error_is_in(files, capsys):
-    truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
-    truth[:, :40] += 1500
-    cv2.imwrite("in/gt.png", truth)
-    assert main(["evaluate", *files, *GROUND_TRUTH, "--preset", "paper", "--preset", "best", *QUICK]) == 0
-    assert re.fullmatch(r"best: block \d has \d+% of the squared error\.", capsys.readouterr().out.splitlines()[-1])
 
 
 def test_evaluate_tells_which_missing_pixels_are_not_scored(files, cli):
@@ -228,22 +219,6 @@ def test_what_cannot_be_evaluated_is_refused(files, cli):
     cv2.imwrite("in/known.png", ground_truth)
     error = fails(cli, "evaluate", *files, "--ground-truth", "in/known.png")
     assert "no ground truth where depth is missing in the blocks" in error
-
-
-def test_complete_takes_ones_own_presets_by_name_and_by_file(files, cli):
-    own = UserPreset("quick", ilf.preset("paper", max_iterations=25), "paper", BlockParameters(granularity=0.9))
-    save_preset(own.name, own.parameters, own.extraction)
-    write_preset("file.json", own)
-    plain = ["--preset", "paper", "--max-iterations", "25", "--blocks-granularity", "0.9"]
-    for folder, flags in (("plain", plain), ("name", ["--preset", "quick"]), ("file", ["--preset", "file.json"])):
-        assert main(["complete", *files, "--no-cloud", "--quiet", "--out", folder, *flags]) == 0
-    assert Path("plain/run.json").read_bytes() == Path("name/run.json").read_bytes()
-    assert Path("plain/run.json").read_bytes() == Path("file/run.json").read_bytes()
-    Path("bad.json").write_text('{"kind": "ilf-studio preset", "schema": 9}')
-    assert "reads schema 1 only" in fails(cli, "complete", *files, "--preset", "bad.json", "--out", "x")
-    assert "--ground-truth" in fails(
-        cli, "complete", "--replay", "plain/run.json", "--ground-truth", "in/gt.png", status=2
-    )
 
 
 def test_presets_lists_built_in_ones_and_ones_own(cli):

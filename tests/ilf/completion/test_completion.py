@@ -167,17 +167,6 @@ def test_fill_and_denoise_changes_the_whole_block(small_frame, small_labels):
     assert np.array_equal(result.filled, ~known)
 
 
-def test_history_holds_every_iteration_of_every_block(small_frame, small_labels):
-    result = ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=25))
-    assert set(result.history) == {1, 2}
-    for label, history in result.history.items():
-        assert [record.i for record in history] == list(range(1, 26))
-        outcome, last = result.outcomes[label], history[-1]
-        assert (outcome.iterations, outcome.stages, outcome.sigma_i) == (25, last.stage, last.sigma_i)
-        assert outcome.sigma_i != history[0].sigma_i
-        assert outcome.status is Status.COMPLETED
-
-
 def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame):
     depth = small_frame.depth.copy()
     depth[:, 30:] = np.nan
@@ -208,18 +197,6 @@ def test_known_pixels_that_a_block_needs(pixels, share, least, needed):
     assert required_known_pixels([pixels, 10_000], parameters).tolist() == [needed, max(10_000 * share, least)]
 
 
-def test_a_block_with_just_enough_known_depth_is_completed(small_frame):
-    labels = np.zeros(small_frame.shape, np.int32)
-    labels[:20, :10] = 1
-    for known, status in ((29, Status.NOT_RECOVERABLE), (30, Status.COMPLETED)):
-        depth = small_frame.depth.copy()
-        places = np.argwhere(labels == 1)[known:]
-        depth[:20, :10] = 1.5
-        depth[tuple(places.T)] = np.nan
-        outcome = ilf.complete(ilf.RGBDFrame(small_frame.rgb, depth), labels).outcomes[1]
-        assert (outcome.status, outcome.known) == (status, known)
-
-
 @pytest.mark.parametrize("size", [(1, 1), (1, 5), (2, 1)])
 def test_tiny_blocks_do_no_harm(small_frame, size):
     labels = np.zeros(small_frame.shape, np.int32)
@@ -238,17 +215,6 @@ def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labe
     for label in (2, 1):
         results |= ilf.Run(small_frame, small_labels, only={label}).complete().results
     assert np.array_equal(compose(everything.run, results).depth, everything.depth)
-
-
-def test_preview_is_the_depth_so_far(small_frame, small_labels):
-    with ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=4)).steps(1) as run:
-        assert run.preview() == []
-        next(run)
-        ((block, depth),) = run.preview()
-        assert block.label == 1
-        known = np.isfinite(small_frame.depth[block.box][block.mask])
-        assert np.array_equal(depth[known], small_frame.depth[block.box][block.mask][known])
-    assert run.preview() == []
 
 
 @pytest.mark.parametrize("threads", [1, 2])

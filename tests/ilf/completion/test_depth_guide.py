@@ -297,6 +297,13 @@ def test_values_that_stand_for_nothing_and_far_outliers_do_no_harm():
     assert np.isfinite(sharpen(level)).all()
 
 
+def test_where_a_guide_has_no_value_its_confidence_does_not_count():
+    holed = 1 / ground_truth()
+    holed[40:50, 80:100] = np.nan
+    plain, sure = (ilf.complete(frame_with_hole(guide=Guide(holed, one)), BLOCKS) for one in (None, np.ones(SHAPE)))
+    assert np.array_equal(sure.depth, plain.depth, equal_nan=True)
+
+
 def test_second_depth_is_no_confidence():
     with pytest.raises(InputError, match="not 0 to 1"):
         Guide(ground_truth(), ground_truth())

@@ -8,25 +8,11 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.data.frame_cache import FrameCache, clear_cached, once_per_frame
+from ilf.data.frame_cache import FrameCache, once_per_frame
 
 
 class Owner:
     """Something that can be remembered of, as a frame is."""
-
-
-def test_of_each_owner_the_latest_few_are_kept():
-    memory, one, other = FrameCache[Owner, tuple[int]](), Owner(), Owner()
-    for key in range(3):
-        memory.keep(one, key, (key,))
-    assert memory.find(one, 0) == (0,), "which makes it a late one"
-    memory.keep(one, 3, (3,))
-    assert [memory.find(one, key) for key in range(4)] == [(0,), None, (2,), (3,)]
-    assert memory.find(other, 0) is None
-    for key in (0, 4):
-        memory.keep(one, key, (key,))
-    assert memory.find(one, 2) is None
-    assert memory.find(one, 0) == (0,), "which was kept again"
 
 
 def test_arrays_in_it_are_read_only():
@@ -81,22 +67,6 @@ def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice():
         thread.join()
     assert found == {0: 1, 1: 2, 2: 1, 3: 2}
     assert len(worked_out) == 2
-
-
-def test_what_is_forgotten_of_one_owner_is_worked_out_again_and_others_stay():
-    worked_out = []
-
-    @once_per_frame
-    def nearest(frame: ilf.RGBDFrame) -> float:
-        worked_out.append(frame)
-        return float(frame.depth.min())
-
-    one, other = frame_of(1), frame_of(2)
-    for frame in (one, other):
-        nearest(frame)
-    clear_cached(one, nearest)
-    assert (nearest(one), nearest(other)) == (1, 2)
-    assert worked_out == [one, other, one]
 
 
 @pytest.mark.parametrize("preset", ["best", "paper"])

@@ -10,8 +10,7 @@ import pytest
 import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf.cli import main
-from ilf.errors import InputError
-from ilf.project.exporting import ExportStatus, FrameToExport, export_frames, run_and_completion
+from ilf.project.exporting import ExportStatus, FrameToExport, export_frames
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Project, ProjectFrame
@@ -64,29 +63,6 @@ def test_frames_whose_files_are_gone_or_changed_are_written_again(run, tmp_path)
     assert statuses(run, out) == ["written"]
     assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"]
     assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"], "nothing to compare with"
-
-
-def test_a_failed_frame_does_not_end_the_export(run, tmp_path):
-    def fails() -> tuple[ilf.Run, None]:
-        raise InputError("There is no such file.")
-
-    frames = [FrameToExport("lost", "lost", fails), FrameToExport("room", "room", lambda: (run, None))]
-    lost, room = export_frames(frames, tmp_path / "out", OPTIONS)
-    assert (lost.status, lost.notes) == (ExportStatus.FAILED, ("There is no such file.",))
-    assert room.status is ExportStatus.WRITTEN
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["room"]
-
-
-def test_present_results_are_taken_and_missing_ones_are_computed(run):
-    completion = run.complete()
-    state = FrameState("a", run.frame, ilf.Blocks(run.blocks.labels), common=run.parameters, results=completion.results)
-    known_run, known = run_and_completion(state)
-    assert np.array_equal(known.depth, completion.depth, equal_nan=True)
-    assert set(known_run.only) == {1, 2}
-    partly = replace(state, results={1: completion.results[1]})
-    new_run, unknown = run_and_completion(partly)
-    assert unknown is None
-    assert np.array_equal(new_run.complete().depth, completion.depth, equal_nan=True)
 
 
 def test_cancelling_ends_the_export_between_frames(run, tmp_path):

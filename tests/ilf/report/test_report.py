@@ -19,7 +19,6 @@ from ilf._runtime.formatting import millimetres
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks
-from ilf.data.pictures import MISSING
 from ilf.errors import InputError
 from ilf.evaluation.evaluation import evaluate_blocks, evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, evaluate_hold_out
@@ -27,7 +26,6 @@ from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.run_history import StoredRun
-from ilf.report.pictures import frame_pictures
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
@@ -228,15 +226,6 @@ def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_pa
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
-def test_depth_is_drawn_in_the_colours_of_the_window(subject):
-    expected = ilf.expected_error(subject.completion)
-    pictures = [one for one in frame_pictures(subject, expected, None, 1024) if one.title.startswith("Depth")]
-    assert [picture.title for picture in pictures] == ["Depth in", "Depth out"]
-    for picture in pictures:
-        with Image.open(io.BytesIO(base64.b64decode(picture.image.partition(",")[2]))) as image:
-            palette = np.reshape(image.getpalette(), (-1, 3))
-        assert palette[0].tolist() == list(MISSING)
-        assert np.abs(palette[[1, 255]] - [(68, 1, 84), (253, 231, 37)]).max() <= 1  # the ends of viridis
 
 
 def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, cli):

@@ -267,13 +267,3 @@ def test_a_completion_saves_what_the_command_line_writes(run, tmp_path):
     assert main(["complete", *arguments, "--out", str(tmp_path / "command")]) == 0
     assert contents(tmp_path / "library") == contents(tmp_path / "command")
     assert [path.name for path in written.files] == [*ExportOptions().filenames()[:-1], "meta.json", "run.json"]
-
-
-def test_the_cloud_that_nobody_asked_for_is_left_out_without_a_camera(run, tmp_path):
-    blind = replace(run, frame=replace(run.frame, intrinsics=None)).complete()
-    written = blind.save(tmp_path / "out")
-    assert written.notes[0].startswith("No point cloud is written, because the camera's intrinsics are not known")
-    assert "cloud.ply" not in contents(tmp_path / "out")
-    with pytest.raises(InputError, match="needs the camera's intrinsics"):
-        blind.save(tmp_path / "other", cloud="ply")
-    assert not (tmp_path / "other").exists()

@@ -1,6 +1,5 @@
 """What the extraction takes from a frame's edges: strength, binarised edges and guide, against direct formulas."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,21 +57,6 @@ def test_network_lines_of_canny_and_long_jumps_make_boundaries(found):
     raised = found.detected + np.float32(0.3) * found.lines.astype(np.float32)
     np.testing.assert_array_equal(guide, np.where(jumps, np.float32(1.5), raised))
     assert {strength.dtype, guide.dtype} == {np.dtype(np.float32)}
-
-
-def test_without_the_network_cannys_lines_are_the_edges(found):
-    by_canny = found._replace(edges=replace(found.edges, network=None))
-    edges, guide = find_boundaries(*by_canny, BlockParameters(threshold=0.7))
-    jumps = np.zeros(SHAPE, bool)
-    jumps[:, 8] = True
-    np.testing.assert_array_equal(edges, found.lines | jumps)
-    np.testing.assert_array_equal(guide, np.where(jumps, np.float32(1.5), found.detected))
-
-
-def test_where_depth_does_not_count_colour_decides_alone(found):
-    edges, _ = find_boundaries(*found, BlockParameters(threshold=0.7, use_depth=False, use_creases=True))
-    np.testing.assert_array_equal(edges, found.detected >= np.float32(0.7))
-    assert edge_and_jump_strength(found.edges, None, BlockParameters()) is found.detected
 
 
 def test_creases_are_edges_but_not_single_pixels_and_stand_in_the_guide_by_their_sharpness(found):

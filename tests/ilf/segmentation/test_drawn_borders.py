@@ -58,16 +58,3 @@ def test_drawn_after_an_edit_are_the_ends_of_new_links_and_what_was_drawn_and_st
     assert not (result & ~border_pixels(after)).any()
     assert np.array_equal(redrawn(drawn, after, patch)[1], values), "before the patch is applied, and after"
     assert np.array_equal(redrawn(None, labels, patch)[1], (_ends(now - was) & (after > 0))[box])
-
-
-def test_a_border_that_moves_is_drawn_where_it_is_now_and_extracted_where_it_was_not_touched():
-    labels = np.where(np.arange(11) < 5, 1, 2) * np.ones(SHAPE, np.int32)
-    after = labels.copy()
-    after[2:5, 5:7] = 1
-    patch = patch_between(labels, after)
-    box, values = redrawn(None, labels, patch)
-    drawn = np.zeros(SHAPE, bool)
-    drawn[box] = values
-    # the swept pixels' new sides: along row 2 above, row 4 below, and between columns 6 and 7
-    expected = _mask({(r, c) for r in (1, 2, 4, 5) for c in (5, 6)} | {(3, 6)} | {(r, 7) for r in (2, 3, 4)})
-    assert np.array_equal(drawn, expected)

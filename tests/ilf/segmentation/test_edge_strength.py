@@ -51,18 +51,6 @@ def test_a_frame_has_one_strength_that_cannot_be_changed():
             array[0, 0] = 1
 
 
-def test_only_what_edges_depend_on_has_them_found_again():
-    frame = _frame()
-    found = find_edges(frame, CANNY)
-    for same in (
-        CANNY.replace(granularity=0.1, dilation=5, threshold=0.4),
-        CANNY.replace(model="none", use_creases=True),
-    ):
-        assert find_edges(frame, same).strength is found.strength
-    for other in ({"canny_sigma": 3.0}, {"canny_high": 0.9}, {"canny_low_ratio": 0.1}, {"depth_jump": 2.0}):
-        assert find_edges(frame, CANNY.replace(**other)).strength is not found.strength
-
-
 def test_strength_goes_with_the_frame():
     frame = _frame()
     left = weakref.ref(frame), weakref.ref(find_edges(frame, CANNY).strength)
@@ -71,18 +59,6 @@ def test_strength_goes_with_the_frame():
     del frame
     gc.collect()
     assert [kept() for kept in left] == [None, None]
-
-
-def test_frames_of_the_same_colour_share_what_it_says_and_depth_is_looked_at_again():
-    frame = _frame()
-    invalid_mask = frame.with_invalid_mask(np.arange(60)[:, None] * np.ones((1, 80)) >= 40)
-    for parameters in (CANNY, NETWORK):
-        found, other = find_edges(frame, parameters), find_edges(invalid_mask, parameters)
-        assert other.detected is found.detected
-        assert canny_lines(invalid_mask, parameters) is canny_lines(frame, parameters)
-        assert relief_of(frame, parameters).edges.any()
-        assert not relief_of(invalid_mask, parameters).edges.any()
-        assert not np.array_equal(found.strength, other.strength)
 
 
 def _holed():

@@ -244,23 +244,6 @@ def test_a_split_is_led_on_to_the_boundary_when_it_stops_just_short():
     assert after[6, 30] != after[30, 30], "a bent line"
 
 
-def test_what_a_line_cuts_off_goes_to_another_block():
-    labels = np.zeros((9, 12), np.int32)
-    labels[:, :4], labels[:, 4:] = 1, 2
-    labels[0, :4] = 3
-    line = [(2.0, 6.5), (13.0, 6.5)]
-    patch = cut_off(labels, 2, line, 1)
-    after = labels.copy()
-    patch.apply(after)
-    wanted = labels.copy()
-    wanted[7:, 4:] = 1
-    assert np.array_equal(after[:6], wanted[:6])
-    assert np.array_equal(after[7:], wanted[7:])
-    assert set(np.unique(after)) == {1, 2, 3}
-    assert cut_off(labels, 2, line, 2) is None
-    assert cut_off(labels, 3, line, 1) is None
-
-
 def test_a_block_gets_the_part_that_is_beside_it():
     labels = np.full((40, 60), 2, np.int32)
     labels[:, :10], labels[:20, 50:] = 1, 3
@@ -452,13 +435,3 @@ def test_of_a_block_that_is_covered_the_rest_beside_goes_too():
     assert np.array_equal(after == 2, (labels == 2) & (np.arange(80) < 10))
     half = _change(WALL, (slice(0, 50), slice(40, 80), 4))
     assert (_applied(WALL, tidied(WALL, half, 1, label=4))[50:, 40:] == 2).all(), "a sixth is no rest"
-
-
-def test_a_part_that_cannot_be_completed_is_not_cut_off_but_may_be_drawn():
-    known = np.ones(WALL.shape, bool)
-    known[:10, 60:] = False
-    corner = _change(WALL, (slice(0, 8), slice(65, 80), 3))
-    assert tidied(WALL, corner, 1, known=known, smallest_block=200) is None
-    for kept in ({"smallest_block": 100}, {"label": 3}, {"known": ~known}):
-        patch = tidied(WALL, corner, 1, **({"known": known, "smallest_block": 200} | kept))
-        assert np.array_equal(_applied(WALL, patch), _applied(WALL, corner))

@@ -5,10 +5,9 @@ import pytest
 from scipy.ndimage import label as components
 
 import ilf
-from ilf.data.pixel_grids import mark
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
 from ilf.segmentation.edges.relief import find_relief
-from ilf.segmentation.extraction import contract, dilate, find_margins, regions_between, snap_to_jumps
+from ilf.segmentation.extraction import find_margins, snap_to_jumps
 from ilf.segmentation.merging import keep_existing
 
 CANNY = ilf.BlockParameters(detector="canny")
@@ -171,46 +170,10 @@ def test_jumps_need_known_depth_nearby_and_scale_with_distance():
     assert find_relief(far, 0.04, 0.02).edges.any()
 
 
-def test_short_jumps_are_edges_but_part_nothing():
-    depth = np.full((60, 80), 1.0, np.float32)
-    depth[20:24, 40:44] = 1.5
-    depth[50:, 10:] = 2.0
-    relief = find_relief(depth, 0.04, 0.04)
-    assert relief.edges[15:30].any()
-    assert not mark(relief.jumps)[15:30].any()
-    assert mark(relief.jumps)[49, 15:75].all()
-
-
-def test_planes_do_not_bend_and_corners_do():
-    rows, columns = np.mgrid[:60, :90]
-    inverse = 0.4 + 0.002 * columns + 0.001 * rows
-    plane = (1 / inverse).astype(np.float32)
-    flat = find_relief(plane, 0.04, 0.04)
-    assert flat.evaluated[10:-10, 10:-10].all()
-    assert flat.bend[10:-10, 10:-10].max() < 0.05
-    corner = (1 / np.minimum(inverse, 0.4 + 0.002 * (90 - columns) + 0.001 * rows)).astype(np.float32)
-    ridge = find_relief(corner, 0.04, 0.04).bend[30]
-    assert 42 <= np.argmax(ridge) <= 47
-    assert ridge.max() > 1
-    assert ridge[12:34].max() < 0.05
-
-
 def test_no_depth_has_no_relief():
     relief = find_relief(np.full((20, 30), np.nan, np.float32), 0.04, 0.04)
     for picture in (relief.near, relief.edges, relief.evaluated, relief.bend):
         assert not picture.any()
-
-
-def test_dilation_closes_gaps():
-    edges = np.zeros((21, 21), bool)
-    edges[10, :8] = edges[10, 12:] = True
-    everywhere = np.ones_like(edges)
-    assert np.array_equal(dilate(edges, 0), edges)
-    assert dilate(edges, 2)[10].all()
-    assert not dilate(np.zeros_like(edges), 5).any()
-    assert regions_between(edges, 2, everywhere).max() == 2
-    assert regions_between(np.zeros_like(edges), 2, everywhere).max() == 1
-    assert not regions_between(edges, 2, ~everywhere).any()
 
 
 def test_existence_rate_halves_blocks_and_drops_what_is_not_known():
@@ -226,17 +189,6 @@ def test_existence_rate_halves_blocks_and_drops_what_is_not_known():
     assert not twice[:, 22:].any()
     assert not keep_existing(labels, known, 0.9, 1000).any()
     assert not keep_existing(labels, np.zeros_like(known), 0.52, 1).any()
-
-
-def test_contraction_ends_on_the_strongest_line():
-    strength = np.zeros((9, 21), np.float32)
-    strength[:, 13] = 1.0
-    regions = np.zeros((9, 21), np.int32)
-    regions[:, 0], regions[:, 20] = 1, 2
-    grown = contract(regions, strength)
-    assert (grown[:, :13] == 1).all()
-    assert (grown[:, 14:] == 2).all()
-    assert not contract(np.zeros((4, 4), np.int32), strength[:4, :4]).any()
 
 
 def test_boundaries_beside_a_jump_snap_to_it():

@@ -109,14 +109,6 @@ def test_what_depth_does_not_see_of_a_border_counts_in_full(rows):
     assert _cost(np.full((4, 12), 0.4), _relief((4, 12), evaluated)) == pytest.approx(expected, rel=1e-5)
 
 
-def test_where_depth_does_not_jump_but_its_bend_is_unknown_it_counts_as_continuous_for_the_most_part():
-    relief = replace(_relief((4, 12), False), near=np.ones((4, 12), bool))
-    cost = _cost(np.full((4, 12), 0.4), relief)
-    assert 0.1 * 0.4 < cost < 0.5 * 0.4
-    short = _with_jumps(relief, 2).jumps
-    assert _cost(np.full((4, 12), 0.4), replace(relief, all_jumps=short)) > cost
-
-
 @pytest.mark.parametrize(("jumps", "expected"), [(0, 0.04), (2, 0.04), (3, 9 + 3 / 4), (4, 10.0)])
 def test_more_than_two_jumps_keep_regions_apart(jumps, expected):
     relief = _with_jumps(_relief((4, 12)), jumps)
@@ -127,14 +119,6 @@ def test_more_than_two_jumps_keep_regions_apart(jumps, expected):
 def test_jumps_along_two_hundredths_of_a_long_border_do_not_part(jumps, apart):
     relief = _with_jumps(_relief((400, 12)), jumps)
     assert (_cost(np.zeros((400, 12)), relief, regions=_columns(6, 6, height=400)) > 9) == apart
-
-
-def test_jumps_between_rows_count_too():
-    relief = _relief((12, 4))
-    below = relief.jumps[1].copy()
-    below[5] = True
-    relief = replace(relief, jumps=(relief.jumps[0], below))
-    assert _cost(np.zeros((12, 4)), relief, regions=_columns(6, 6).T.copy()) == pytest.approx(10.0, rel=1e-5)
 
 
 # planes: 2 x 40 x 40 pixels, of which every second along rows and columns is looked at: 400 a region
@@ -179,10 +163,6 @@ def test_a_plane_holds_both_up_to_one_percent_or_three_thousandths_per_metre(dep
     assert cost == pytest.approx(0.1 if shared else 0.5, rel=1e-5)
 
 
-def test_parallel_planes_are_not_one():
-    assert _wide(_plane() + np.where(COLUMNS < 40, 0.0, 0.3)) == pytest.approx(0.5, rel=1e-5)
-
-
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize(("known", "expected"), [(98, 0.5), (100, 0.1)])
 def test_a_plane_needs_fifty_of_the_pixels_that_are_looked_at_in_either_region(side, known, expected):
@@ -216,32 +196,6 @@ def test_a_region_is_on_the_plane_of_all_that_it_has_taken_in():
 
 
 # the order
-
-
-def _chain(*strengths, width=4):
-    """Regions side by side, and the strength of the borders between them."""
-    regions = _columns(*[width] * (len(strengths) + 1))
-    strength = np.zeros(regions.shape)
-    for number, value in enumerate(strengths, 1):
-        strength[:, width * number] = value
-    return regions, strength
-
-
-def test_merging_ends_at_the_limit_which_is_not_below_it():
-    regions, strength = _chain(0.25, 0.5, 0.125)
-    assert _merged(regions, strength, 0.5) == _sets("12", "34")
-    assert _merged(regions, strength, 0.5 + 1e-6) == _sets("1234")
-    assert _merged(regions, strength, 0.125) == _sets("1", "2", "3", "4")
-    assert _merged(regions, strength, 0.0) == _sets("1", "2", "3", "4")
-
-
-def test_numbers_of_regions_and_what_is_outside_do_not_matter():
-    regions, strength = _chain(0.1, 0.6, 0.3)
-    framed = np.pad(regions, 1)
-    around = np.pad(strength, 1, constant_values=1.0)
-    assert _merged(framed, around, 0.4, frame=_flat(framed.shape)) == _sets("12", "34")
-    renamed = np.array([0, 4, 2, 1, 3], np.int32)[framed]
-    assert _merged(renamed, around, 0.4, frame=_flat(framed.shape)) == _sets("42", "13")
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -329,27 +283,6 @@ def test_a_share_of_a_region_and_so_many_pixels_must_be_known_unless_nothing_is_
     assert _taken_in(regions, strength, fitness, depth) == (_sets("1", "2") if fit else _sets("12"))
     depth[regions == 1] = np.nan
     assert share or _taken_in(regions, strength, fitness, depth) == _sets("2"), "nor goes it to another"
-
-
-def test_of_a_region_smaller_than_that_all_pixels_must_be_known():
-    regions = _columns(1, 6)
-    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
-    for needed in (24, 30):
-        assert _taken_in(regions, strength, (0, 0.01, needed), depth) == _sets("1", "2"), "4 of 4 are known"
-    depth[0, 0] = np.nan
-    assert _taken_in(regions, strength, (0, 0.01, 24), depth) == _sets("12")
-
-
-def test_the_known_pixels_of_both_count_for_what_takes_in():
-    """1 has 2 of 8, 2 has 6 of 16: together 8 of 24, a third."""
-    regions = _columns(2, 4, 6)
-    depth, strength = np.full(regions.shape, 2.0), np.zeros(regions.shape)
-    depth[regions == 1] = depth[regions == 2] = np.nan
-    depth[:2, 0] = 2.0
-    depth[:3, 3:5] = 2.0
-    strength[:, 2], strength[:, 6] = 0.1, 0.5
-    for share, expected in ((0.3, _sets("12", "3")), (0.35, _sets("123"))):
-        assert _taken_in(regions, strength, (0, share, 0), depth) == expected
 
 
 def test_what_has_no_neighbours_is_a_block_unless_nothing_of_it_is_known():

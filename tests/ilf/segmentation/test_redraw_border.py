@@ -71,13 +71,6 @@ def test_a_block_drawn_all_around(gap):
     assert np.count_nonzero(after != wanted) <= 5
 
 
-def test_what_lies_amidst_a_swept_area_is_not_swapped():
-    labels, wanted = _halves(40), _halves(28)
-    labels[25:35, 32:36] = 2
-    labels[5:10, 50:55] = wanted[5:10, 50:55] = 1
-    assert np.array_equal(_redrawn(labels, [(28.0, -1.0), (28.0, 61.0)]), wanted)
-
-
 def test_no_block_may_be_a_neighbour_and_what_lies_between_stays():
     labels, wanted = _halves(40), _halves(30)
     for some in (labels, wanted):
@@ -119,13 +112,6 @@ def test_a_line_across_a_block_moves_the_border_that_is_nearer(row, wanted):
     moved = before.copy()
     moved[(slice(40, row) if wanted == 2 else slice(row, 70)), 40:64] = wanted
     assert np.array_equal(after, moved)
-
-
-def test_a_part_beside_a_block_and_a_table_goes_to_that_with_the_longer_border():
-    before = _on_a_table(40)
-    before[40:62, 50:64] = 2
-    after = _redrawn(before, [(39.5, 40.0), (64.5, 40.0)])
-    assert np.array_equal(after, _on_a_table(40))
 
 
 def test_a_line_through_a_block_cuts_its_lobe_although_a_smaller_change_is_near():

@@ -63,15 +63,6 @@ def test_slivers_go_to_the_longest_border_also_through_other_slivers():
     assert (result[present == 7] == 7).all()
 
 
-def test_an_island_of_a_sliver_is_left_without_a_block_and_large_parts_get_numbers():
-    fresh = np.ones((5, 12), np.int32)
-    present = np.zeros_like(fresh)
-    present[:, 4] = present[:, 8] = 1
-    present[1:, 9:] = 1
-    result = fill_around(present, {1}, fresh, 4)
-    assert result[0].tolist() == [2, 2, 2, 2, 1, 3, 3, 3, 1, 0, 0, 0]
-
-
 def test_by_hand_is_what_the_extraction_did_not_give():
     extracted = np.repeat(np.int32([[1, 2, 3, 4, 5]]), 3, axis=0)
     present = extracted.copy()

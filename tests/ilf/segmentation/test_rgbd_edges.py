@@ -15,8 +15,7 @@ from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
 from ilf.run.replaying import network_differences
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
-from ilf.segmentation.edges.frame_edges import canny_lines, find_edges, joined, relief_of
-from ilf.segmentation.extraction import edge_and_jump_strength, find_boundaries
+from ilf.segmentation.edges.frame_edges import find_edges, joined, relief_of
 
 from ..small_frames import QUICK, without_edges
 from ..small_runs import OPTIONS
@@ -136,19 +135,6 @@ def test_contours_stand_in_where_the_network_is_missing_and_then_canny(tmp_path,
     ]
     np.testing.assert_array_equal(found.strength, find_edges(frame, CANNY).strength)
     assert found.network is None
-
-
-def test_creases_are_boundaries_of_blocks_where_they_are_asked_for(network):
-    frame = _frame()
-    found = find_edges(frame, RGBD)
-    evidence = found, canny_lines(frame, RGBD), relief_of(frame, RGBD)
-    (_, usual), (_, guide) = (find_boundaries(*evidence, RGBD.replace(use_creases=on)) for on in (False, True))
-    relief, creases = evidence[-1], RGBD.replace(use_creases=True)
-    usual_strength = edge_and_jump_strength(found, relief, RGBD)
-    strength = edge_and_jump_strength(found, relief, creases)
-    np.testing.assert_array_equal(strength, np.maximum(usual_strength, found.crease))
-    assert (guide >= np.maximum(usual, found.crease)).all()
-    assert edge_and_jump_strength(found, None, creases.replace(use_depth=False)) is found.detected
 
 
 def test_at_a_crease_the_surface_bends_but_does_not_tear():

@@ -50,16 +50,6 @@ def test_a_point_outside_takes_its_region_away():
     assert share(ilf.select_region(FRAME, [(5, 5)], [(32, 25)], steps=20), ~OBJECT) > 0.9
 
 
-def test_a_stroke_selects_what_is_under_it_and_one_outside_takes_it_away():
-    across = [(x, 25.0) for x in range(10, 35, 2)]
-    everything = ilf.select_region(FRAME, [across])
-    assert everything[25, 10:33].all()
-    around = [(5.0, 5.0), (10.0, 40.0), (55.0, 42.0)]
-    assert ilf.select_region(FRAME, [around], steps=20).all()
-    assert share(ilf.select_region(FRAME, [around], [[(32, 20), (40, 30)]], steps=20), ~OBJECT) > 0.9
-    assert np.array_equal(ilf.select_region(FRAME, [[(32, 25)]]), ilf.select_region(FRAME, [(32, 25)]))
-
-
 def test_points_change_a_selection_to_start_with():
     start = np.zeros((HEIGHT, WIDTH), bool)
     start[:, 20:] = True

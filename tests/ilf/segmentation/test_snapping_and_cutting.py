@@ -58,14 +58,6 @@ def test_a_line_snaps_to_what_speaks_for_a_border(by):
     assert np.abs(held[:, 0] - 55).max() <= 2
 
 
-def test_a_line_stays_where_nothing_speaks_for_another_place():
-    evidence = border_evidence(_frame(np.full(SHAPE, 1.5)), WEAK)
-    snapped = np.array(snap([(20.0, 10.0), (20.0, 70.0)], evidence, 10))
-    assert np.allclose(snapped[:, 0], 20)
-    for short in ([], [(3.0, 3.0)], [(3.0, 3.0), (4.0, 3.0)]):
-        assert snap(short, evidence, 10) == short
-
-
 def test_depth_outweighs_a_colour_edge_on_a_surface():
     rgb = np.where((COLUMNS < 54)[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8)
     evidence = border_evidence(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)

@@ -1,7 +1,6 @@
 """Depth of a camera beside that of colour is registered by the transforms that camera files state."""
 
 import json
-import shutil
 import warnings
 from dataclasses import replace
 
@@ -20,7 +19,6 @@ from tests.ilf.two_cameras import COLOUR, DEPTH, made_pair, motion
 PLAIN_COLOUR, PLAIN_DEPTH = replace(COLOUR, distortion=()), replace(DEPTH, distortion=())
 TO_COLOUR = motion(-0.075, 0.02)
 LEFT_TO_RIGHT = motion(-0.03, -0.01)
-UNDISTORTED = (0.0, 0.0, 0.0, 0.0)
 
 
 def _matrix(camera):
@@ -227,19 +225,6 @@ def test_the_same_frame_comes_back_from_arguments_and_projects(tmp_path):
     for other in (again, through_project(frame, tmp_path / "room.ilf")):
         assert other.inputs == frame.inputs
         assert np.array_equal(other.depth, frame.depth, equal_nan=True)
-
-
-def test_frames_of_a_layout_are_registered_by_it(tmp_path):
-    pair, files = _pair(tmp_path)
-    for kind, file in zip(("image", "depth"), files, strict=True):
-        (tmp_path / kind).mkdir()
-        shutil.copy(file, tmp_path / kind / "1.png")
-    _cameras(tmp_path, "Kalibr")
-    layout = "rgb=image/*.png depth=depth/*.png units=10000 K=camchain.yaml#cam2 depth_K=camchain.yaml#cam0"
-    source = ilf.open_source(tmp_path, layout=layout)
-    expected = register(pair)
-    assert np.isclose(source[0].depth, expected.depth, atol=1e-4, equal_nan=True).mean() > 0.995
-    assert np.allclose(source.calibration(source.keys[0]).depth_to_colour, TO_COLOUR, atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -132,16 +132,6 @@ def test_frames_of_other_lenses_have_no_camera_and_say_why(tmp_path, cli, lens, 
         ilf.point_cloud(frame.depth, frame.rgb, frame.intrinsics)
 
 
-def test_a_fisheye_of_transforms_is_undistorted(tmp_path, cli):
-    _transforms(tmp_path, PINHOLE | {"camera_model": "OPENCV_FISHEYE", "k1": 0.05, "k2": 0.01, "k3": 0.0, "k4": 0.0})
-    source = ilf.open_source(tmp_path, undistort=True)
-    frame = source[0]
-    assert 90 < frame.intrinsics.fx < 131.25
-    assert frame.notes == ()
-    assert source.calibration(source.keys[0]).colour == frame.intrinsics
-    assert f"fx {frame.intrinsics.fx:g}" in cli("info", tmp_path, "--undistort").out
-
-
 def test_distortion_of_transforms_is_noted_as_that_of_recordings(tmp_path):
     _transforms(tmp_path, PINHOLE | {"camera_model": "OPENCV", "k1": 0.05, "second": {"k1": 0.0, "fl_x": 262.5}})
     source = ilf.open_source(tmp_path)

@@ -48,21 +48,6 @@ def test_a_plane_has_the_colour_of_its_disparity_and_depth_as_measured(shift):
     assert np.abs(frame.rgb[..., 0] - wanted).max() <= 1
 
 
-def test_what_a_nearer_surface_hides_from_colour_is_black_and_nothing_else():
-    depth = np.full((H, W), 2.0)
-    depth[10:38, 40:60] = 1.0
-    frame = register(pair_of(depth, 0.1), "depth")
-    # the board, of columns 40 to 59, stands in columns 34 to 53 of colour; the wall behind those was at 37 to 56
-    black = ~frame.rgb.any(axis=2)
-    np.testing.assert_array_equal(black, ~frame.brought.seen)
-    hidden = np.zeros((H, W), bool)
-    hidden[10:38, 37:40] = True
-    hidden[:, :3] = True  # outside the colour image
-    np.testing.assert_array_equal(black, hidden)
-    assert np.abs(frame.rgb[20, 40:60, 0] - (2 * np.arange(34, 54) + 30)).max() <= 1, "the board has its own colour"
-    assert np.abs(frame.rgb[20, 60:, 0] - (2 * np.arange(57, 93) + 30)).max() <= 1, "and so has the wall beside it"
-
-
 def test_missing_depth_has_the_colour_of_the_plane_around_it_and_stays_missing():
     columns = np.arange(W)
     plane = np.broadcast_to(1 / (0.4 + 0.004 * columns), (H, W))

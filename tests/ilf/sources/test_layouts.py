@@ -703,15 +703,6 @@ def test_poses_from_the_world_and_with_y_up_are_turned(tmp_path):
     assert np.allclose(ilf.open_source(tmp_path, layout=text)[1].pose, _poses(2)[1])
 
 
-def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path):
-    _replica(tmp_path)
-    (tmp_path / "room0/results/frame000000.jpg").unlink()
-    source = ilf.open_source(tmp_path / "room0")
-    assert source.keys == ("results/frame000001",)
-    assert np.allclose(source[0].pose, _poses(2)[1])
-    assert "1 depth file left out" in source.notes[0]
-
-
 def test_own_layouts_precede_the_table(tmp_path, no_own_layouts):
     _void(tmp_path)
     no_own_layouts.mkdir()

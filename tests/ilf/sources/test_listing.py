@@ -206,16 +206,6 @@ def test_why_two_folders_have_no_frames(tmp_path, colours, depths, why):
         list_frames(_touch(tmp_path, *names))
 
 
-def test_files_of_one_name_are_named_beside_those_that_match(tmp_path):
-    names = "rgb/a_b.png", "rgb/a;b.png", "rgb/c.jpg", "depth/a_b.png", "depth/a;b.png", "depth/c.png", "depth/c.npy"
-    _touch(tmp_path, *names)
-    assert {Path(rgb).name for rgb, _ in _named(tmp_path)} == {"a_b.png", "a;b.png"}
-    (note,) = list_frames(tmp_path).notes
-    assert "(c.npy and c.png)" in note
-    with pytest.raises(InputError, match=r"No depth file, or more than one, matches .*c\.jpg"):
-        open_source(tmp_path).find("rgb/c")
-
-
 def test_what_is_no_folder_is_refused(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         list_frames(tmp_path / "gone")

@@ -164,12 +164,6 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
     )
 
 
-@pytest.mark.parametrize("dtype", [np.uint16, np.int32, np.float32, np.float64])
-def test_tiff_of_every_kind_of_number(dtype, save):
-    values = MILLIMETRES.astype(dtype)
-    np.testing.assert_array_equal(read_depth_values(save("d.tif", encoded(".tif", values))), values)
-
-
 def test_float_colour_is_refused(save):
     with pytest.raises(FormatError, match=r"8 or 16 bits.*float32.*wrong order"):
         read_colour(save("f.tif", encoded(".tif", METRES)))

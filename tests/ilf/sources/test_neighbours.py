@@ -34,19 +34,6 @@ def test_projected_depth_is_that_of_a_plane_by_its_formula():
     assert abs(np.mean((found - expected)[known])) < 0.1 * step
 
 
-def test_the_nearest_surface_hides_what_is_behind_it():
-    depth = np.full(SHAPE, 3.0)
-    depth[15:45, 10:30] = 1.0
-    grey = np.full((*SHAPE, 3), 120, np.uint8)
-    other = ilf.RGBDFrame(grey, depth, CAMERA)
-    motion = np.eye(4)
-    motion[0, 3] = 0.25  # 20 px at 1 m, 6.7 px at 3 m
-    found = seen_by(other, other, motion)
-    assert np.allclose(found[20:40, 32:48], 1.0), "moved by 20 pixels, in front of the wall that moved there, too"
-    assert np.isnan(found[20:40, 18:28]).all(), "uncovered: the other frame has not seen the wall there"
-    assert np.allclose(found[20:40, 56:], 3.0)
-
-
 def test_neighbours_err_as_far_as_they_differ_where_the_frame_has_measured_too():
     depth = np.full((20, 20), 2.0, np.float32)
     neighbours = NeighbourDepth(np.full((1, 20, 20), 2.01, np.float32), ())

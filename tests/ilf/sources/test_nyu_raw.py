@@ -73,21 +73,6 @@ def test_depth_is_registered_by_the_data_sets_own_cameras(source):
     assert frame.inputs.encoding == "nyu-raw"
 
 
-def test_the_pair_is_to_be_had_as_it_was_recorded(source, pair):
-    raw = source.read_pair(source.keys[1])
-    np.testing.assert_array_equal(raw.rgb, pair.rgb)
-    assert np.isnan(raw.depth[:, :12]).all()
-    np.testing.assert_allclose(raw.depth[:, 12:], pair.depth[:, 12:], atol=0.0075)
-    assert raw.depth_camera.distortion[0] < 0 < raw.colour_camera.distortion[0]
-
-
-def test_one_frame_is_read_again_by_its_key(folder, source):
-    frame = ilf.load_frame(folder, frame=source.keys[1])
-    assert frame.name.endswith(source.keys[1])
-    with pytest.raises(InputError, match="no frame"):
-        ilf.load_frame(folder, frame="r-1.0-1")
-
-
 def test_files_that_lie_too_far_apart_are_told_of(tmp_path):
     for name in ("r-1294886362.000000-1.ppm", "d-1294886363.500000-2.pgm"):
         (tmp_path / name).touch()

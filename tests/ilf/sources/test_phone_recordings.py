@@ -107,15 +107,6 @@ def test_a_video_that_is_a_list_of_others_is_not_followed(tmp_path):
         ilf.open_source(folder).read("000000")
 
 
-def test_each_frame_of_record3d_may_have_a_camera_of_its_own(tmp_path):
-    coefficients = [[60 + number, 60 + number, 31.5, 23.5] for number in range(COUNT)]
-    source = ilf.open_source(write_record3d(tmp_path / "a.r3d", perFrameIntrinsicCoeffs=coefficients, poses=None))
-    assert [source.calibration(key).depth.fx for key in source.keys] == [30, 30.5, 31]
-    assert source.pose("0") is None
-    larger = write_record3d(tmp_path / "b.r3d", w=128, h=96)  # of which the JPEG has half
-    assert ilf.open_source(larger).calibration("0").colour.fx == K[0] / 2
-
-
 def test_a_link_that_leads_nowhere_in_a_folder_of_stray_scanner_is_passed_over(tmp_path):
     folder = write_stray(tmp_path / "stray")
     try:
@@ -287,11 +278,3 @@ def test_damaged_and_hostile_recordings_are_told_of_in_one_line(tmp_path, name, 
     assert path.name in str(raised.value)
     assert "\n" not in str(raised.value)
     assert capfd.readouterr().out == ""
-
-
-def test_a_key_that_no_frame_has(tmp_path):
-    for write in (*WRITERS.values(), lambda folder: written(folder / "a.sens", sens())):
-        path = write(tmp_path)
-        for key in ("17", "-1", "01", "x"):
-            with pytest.raises(InputError, match="has no frame"):
-                ilf.load_frame(path, frame=key)

@@ -53,13 +53,6 @@ def test_what_is_no_pose_is_none(tmp_path, text):
     assert camera_pose(tmp_path / "depth" / f"{'2' * 300}.png") is None
 
 
-def test_lines_of_a_trajectory_that_are_no_poses_do_not_count(tmp_path):
-    lines = f"nan 9 9 9 0 0 0 1\n10.00 {QUARTER}\n10.01 9 9 9 inf 0 0 1\n20.0 1 2 3 0 0 1e300 1e300\n"
-    (tmp_path / "groundtruth.txt").write_text(lines)
-    for time in ("10.01", "20.0"):
-        assert np.allclose(camera_pose(tmp_path / "depth" / f"{time}.png"), TURN)
-
-
 def test_motion_between_frames(tmp_path):
     frames = []
     for number in (1, 2):

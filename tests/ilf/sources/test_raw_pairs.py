@@ -89,18 +89,6 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path):
     np.testing.assert_array_equal(again.depth, steady.depth)
 
 
-def test_a_calibration_may_be_of_fisheyes(tmp_path):
-    stated = calibration(write_pair(tmp_path, "colour.png", "depth.png"))
-    for camera in ("colour", "depth"):
-        stated[camera] |= {"model": "fisheye", "distortion": [0.05, -0.01, 0.004, -0.001]}
-    (tmp_path / "calibration.json").write_text(json.dumps(stated))
-    source = ilf.open_source(tmp_path)
-    cameras = source.calibration("1")
-    assert [cameras.colour.model, cameras.depth.model] == ["fisheye", "fisheye"]
-    assert cameras.depth.distortion == (0.05, -0.01, 0.004, -0.001)
-    assert source[0].known.mean() > 0.3
-
-
 @pytest.mark.parametrize(
     ("change", "told"),
     [

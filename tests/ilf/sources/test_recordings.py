@@ -264,19 +264,6 @@ def test_what_registration_lacks_is_said(tmp_path):
         source.read(source.keys[0])
 
 
-def test_other_units_and_a_value_for_missing_are_taken(tmp_path):
-    path = write_aligned(tmp_path, "ros1", frames=1)
-    source = ilf.open_source(path, encoding="0.1mm", invalid=float(DEPTH[0, 0]), intrinsics="80,80,16,12")
-    frame = source.read(source.keys[0])
-    assert frame.depth[1, 1] == pytest.approx(DEPTH[1, 1] / 10_000)
-    assert np.isnan(frame.depth[0, 0])
-    assert (frame.inputs.depth_units, frame.inputs.invalid) == (10_000, DEPTH[0, 0])
-    assert source.calibration(source.keys[0]).colour == frame.intrinsics
-    again = ilf.load_frame(**frame.sources)
-    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
-    assert again.intrinsics.fx == 80
-
-
 # depth of 8 bits, and of several transports
 
 GREY = np.ascontiguousarray(COLOUR[..., 0])
@@ -459,15 +446,6 @@ def test_registered_images_are_undistorted_as_those_of_files(tmp_path, stated):
     again = ilf.load_frame(**frame.sources)
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
     assert not any("distortion" in note for note in frame.notes)
-
-
-def test_registered_images_without_distortion_are_not_undistorted(tmp_path):
-    with bag(tmp_path, "mcap") as out:
-        out.info("/color/camera_info")
-        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
-        out.image("/depth/image_raw", np.full((H, W), 1500, np.uint16), "16UC1", 0, "colour")
-    with pytest.raises(InputError, match="no lens distortion that could be corrected: do not undistort"):
-        ilf.open_source(tmp_path / "recording", undistort=True)[0]
 
 
 @pytest.mark.parametrize("model", ["equidistant", "fisheye", "omni"])

@@ -119,13 +119,6 @@ def test_colour_without_distortion_stays_as_it_is():
     assert frame.name == "board"
 
 
-def test_one_camera_for_both_changes_nothing():
-    pair = made_pair(PLAIN, PLAIN, np.eye(4))
-    frame = register(pair)
-    np.testing.assert_array_equal(frame.depth, pair.depth)
-    assert frame.outside_view is None
-
-
 @settings(max_examples=10, deadline=None)
 @given(scale=st.floats(0.4, 3.0), x=st.floats(-0.1, 0.1), turn=st.floats(-0.1, 0.1), k1=st.floats(-0.15, 0.15))
 def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
@@ -189,19 +182,6 @@ def test_pairs_that_cannot_be_registered_are_told_why():
 def test_distortions_that_are_none_are_refused(distortion, why):
     with pytest.raises(InputError, match=f"distortion {why}"):
         replace(COLOUR, distortion=distortion)
-
-
-def test_cameras_that_are_none_take_neither_memory_nor_the_process():
-    pair = made_pair()
-    huge = Camera(1e6, 1e6, 48.0, 36.0)
-    narrow = replace(DEPTH, fx=1e5, fy=1e5, cx=32.0, cy=28.0)
-    tiny = replace(DEPTH, fx=1e-3, fy=1e-3, cx=32.0, cy=28.0)
-    for colour, depth in ((huge, DEPTH), (COLOUR, narrow), (COLOUR, tiny), (huge, tiny)):
-        try:
-            frame = register(RawPair(pair.rgb, pair.depth, colour, depth, pair.depth_to_colour))
-        except InputError:
-            continue
-        assert frame.known.any()
 
 
 @pytest.mark.filterwarnings("ignore::ilf.errors.DepthWarning")  # of focal lengths that are hardly possible

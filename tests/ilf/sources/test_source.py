@@ -49,17 +49,6 @@ def test_reading_from_a_source_warns_of_what_it_doubts(tmp_path, save):
         assert [Path(warning.filename).name for warning in told] == ["test_source.py"], "where it was called"
 
 
-def test_listing_decodes_nothing(tmp_path, save):
-    save("rgb/1.png", "depth/1.png")
-    (tmp_path / "rgb" / "2.png").touch()
-    (tmp_path / "depth" / "2.png").write_bytes(b"no image")
-    source = ilf.open_source(tmp_path)
-    assert len(source) == 2
-    assert _is_read(source.read("1"))
-    with pytest.raises(FormatError):
-        source.read("2")
-
-
 def test_frames_are_found_by_the_end_of_their_key(tmp_path, save):
     for name in ("a", "b"):
         save(f"{name}/1_rgb.png", f"{name}/1_depth.png")
@@ -158,13 +147,6 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
         (tmp_path / "000001" / "scene_camera.json").write_text(content)
         with pytest.raises(kind, match=message):
             ilf.open_source(tmp_path / "000001")
-
-
-def test_no_frame_hides_behind_the_key_of_another(tmp_path, save):
-    for name in ("1", "01", "001"):
-        save("rgb/1.png", f"depth/{name}.png")
-    (tmp_path / "scene_camera.json").write_text(_bop({1: 1.0}))
-    assert ilf.open_source(tmp_path).keys == ("rgb/1", "rgb/1.png", "depth/1.png")
 
 
 def test_frames_of_sun_rgbd_have_their_bits_turned_back(tmp_path, save):

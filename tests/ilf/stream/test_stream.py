@@ -59,6 +59,23 @@ def test_the_same_frames_give_the_same_bits(streamed):
             assert np.array_equal(again.complete(frame(number)).depth, completion.depth)
 
 
+def test_blocks_move_with_the_camera():
+    """A step of depth in the world, seen ever farther to the left."""
+    step, last = 50, 6
+
+    def seen(number):
+        columns = SHIFT * number + np.arange(SHAPE[1])
+        depth = np.broadcast_to(np.where(columns < step, 1.5, 2.5), SHAPE).copy()
+        depth[20:26, 5:10] = np.nan
+        return ilf.RGBDFrame(frame(number).rgb, depth)
+
+    with ilf.Stream(correction=False) as stream:
+        labels = [stream.complete(seen(number)).run.blocks.labels for number in range(last + 1)]
+    behind = np.unique(labels[0][:, step + 2 :])
+    assert not np.isin(labels[0][:, : step - 2], behind).any()
+    assert np.isin(labels[last][:, step - SHIFT * last + 2 :], behind).mean() > 0.95
+
+
 def test_a_new_correction_fades_in(monkeypatch):
     monkeypatch.setattr("ilf.stream.stream._REFRESH", 2)
     shares = iter((0.1, 0.2, 0.4, 0.8))

@@ -48,16 +48,6 @@ def test_colourisation_follows_colour_and_laplace_does_not():
     assert error_of("laplace", frame, step, hole).mean() > 0.15
 
 
-def test_morphology_leaves_wide_holes():
-    depth = np.full((120, 160), 3.0)
-    depth[:, :40] = 1.0
-    depth[:, 36:44] = depth[20:100, 70:150] = np.nan
-    filled = METHODS["morphology"](ilf.RGBDFrame(np.zeros((120, 160, 3), np.uint8), depth), LABELS)
-    assert (filled[60, 34], filled[60, 45]) == pytest.approx((1.0, 3.0))
-    assert (np.diff(filled[60, 34:46]) >= 0).all()
-    assert np.isnan(filled[60, 110])
-
-
 # not the presets, whose zero start takes more iterations to be forgotten
 @pytest.mark.parametrize("name", GROUPS["peers"])
 def test_peers_keep_constant_depth(name):
