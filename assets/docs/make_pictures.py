@@ -103,7 +103,7 @@ class Tour:
     def place(self, slot: str, x: float, y: float) -> tuple[QWidget, QPoint]:
         """Where a pixel is in a view."""
         view = self.window.views.cells[slot].view
-        return view.viewport(), view.viewportTransform().map(QPointF(x, y)).toPoint()
+        return view.viewport(), view.transform.map(QPointF(x, y)).toPoint()
 
     def drag(self, slot: str, *points: tuple[float, float], release: bool = True) -> None:
         """Draw with the left button held, and let go of it."""

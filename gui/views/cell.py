@@ -14,7 +14,6 @@ from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of,
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
-from .pixel_items import PixelItem
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
 from .title_strip import TitleStrip
@@ -48,8 +47,6 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self.fills = self.view.add_picture(PixelItem(1))
-        """Fills of the blocks."""
         self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
@@ -96,7 +93,7 @@ class Cell(QWidget):
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
-        self.fills.setVisible(concrete == "colour")
+        self.view.fills.set_visible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
 
@@ -108,6 +105,7 @@ class Cell(QWidget):
     def show_stripes(self) -> None:
         """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
         self.view.striped = striped(self._data, self.concrete)
+        self.view.viewport().update()
         styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
@@ -130,7 +128,7 @@ class Cell(QWidget):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours; `draw_again` draws the picture with them."""
-        self.view.set_colours(colours, hatch)
+        self.view.set_hatch(hatch)
         self._look = Look(colours, hatch)
 
     def draw_again(self) -> None:

@@ -50,7 +50,7 @@ def test_one_stroke_merges_the_seven_strips_in_one_step_unless_it_is_cancelled(s
     drag(strips, across(strips), CTRL | SHIFT, release=False)
     assert "merge 7 blocks" in status(strips)
     assert np.array_equal(document.labels, before), "only shown so far"
-    outlined = strips.views.cells["colour"].view.preview.boundingRect()
+    outlined = strips.views.cells["colour"].view.preview.extent
     assert outlined.contains(QPointF(*start))
     assert outlined.contains(QPointF(*end))
     drag(strips, across(strips), CTRL | SHIFT)
@@ -90,14 +90,14 @@ def test_the_whole_block_under_the_pointer_is_outlined_and_several_selected_ones
     view = strips.views.cells["colour"].view
     hover(strips, middle(strips, 2))
     hover(strips, middle(strips, 3))
-    outlined = view.preview.boundingRect()
+    outlined = view.preview.extent
     assert outlined.contains(QPointF(*middle(strips, 3)))
     assert outlined.top() <= 1, "the piece apart too"
     assert outlined.left() <= 1
     assert not outlined.contains(QPointF(*middle(strips, 5)))
 
     def seen(label: int) -> int:
-        at = view.viewportTransform().map(QPointF(*middle(strips, label))).toPoint()
+        at = view.transform.map(QPointF(*middle(strips, label))).toPoint()
         return view.viewport().grab().toImage().pixelColor(at).lightness()
 
     plain = seen(2)

@@ -45,7 +45,7 @@ def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing):
         key(editing, end, modifier)
         assert np.array_equal(document.labels, before)
         assert document.undo_stack.index() == 0
-        assert editing.views.cells["colour"].view.preview.boundingRect().isEmpty()
+        assert editing.views.cells["colour"].view.preview.extent is None
 
 
 def test_an_outline_is_clicked_and_closed_by_enter(editing):
@@ -91,10 +91,10 @@ def test_a_click_suggests_a_split_and_enter_takes_it(editing, qtbot):
 def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_none(editing):
     _take(editing, "paint")
     view = editing.views.cells["colour"].view
-    scale, radius = view.transform().m11(), editing.editor.options.brush_radius
+    scale, radius = view.transform.m11(), editing.editor.options.brush_radius
     turn_wheel(editing, (30, 20), 1, CTRL)
     assert editing.editor.options.brush_radius > radius
-    assert view.transform().m11() == scale
+    assert view.transform.m11() == scale
     editing.refresh.now()
     assert editing.feature(ToolsFeature).options.brush.value() == editing.editor.options.brush_radius
     for code, step in ((_Key.Key_BracketRight, 1), (_Key.Key_BracketLeft, -1)):
@@ -102,11 +102,11 @@ def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_no
         key(editing, code)
         assert (editing.editor.options.brush_radius - radius) * step > 0
     turn_wheel(editing, (30, 20), 1)
-    assert view.transform().m11() > scale
+    assert view.transform.m11() > scale
     _take(editing, "border")
-    scale = view.transform().m11()
+    scale = view.transform.m11()
     turn_wheel(editing, (30, 20), 1, CTRL)
-    assert view.transform().m11() > scale
+    assert view.transform.m11() > scale
 
 
 def test_options_show_for_the_tool_that_has_them_and_stay(editing):

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gui.views.pixel_items import changed_box
-from gui.views.screen_items import Sampling
-from gui.views.screen_layers import BlockLines
+from gui.views.screen_layers import BlockLines, Sampling
 from ilf.data.label_map import whole
 
 HEIGHT, WIDTH = 24, 30
