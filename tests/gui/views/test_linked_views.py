@@ -264,9 +264,9 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
     assert stripes.find().any()
-    assert not depth.find().any()
+    assert depth.find() is None
     views.give(expected=error, unsupported=np.zeros_like(doubtful))
-    assert not stripes.find().any()
+    assert stripes.find() is None
     assert not cells["expected-error"]._stripe_legend
 
 
