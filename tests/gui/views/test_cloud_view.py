@@ -9,8 +9,8 @@ from PySide6.QtGui import QAction, QImage, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
+from gui.views.cloud import drawing
 from gui.views.cloud.cloud_view import CloudView, DepthClip
-from gui.views.cloud.drawing import MOVING_S, DetailLevel
 from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
 from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
@@ -227,7 +227,7 @@ def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
 
 
 def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    monkeypatch.setattr(drawing, "detail", lambda points, pixels: (2, 500))
     view.show_scene(scene)
     view.canvas.grab()
     assert not view.canvas.drawing.is_full
@@ -250,7 +250,7 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
 
 
 def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    monkeypatch.setattr(drawing, "detail", lambda points, pixels: (2, 500))
     view.show_scene(scene)
     view.canvas.grab()
     view.canvas.drawing._ask_whole()
@@ -260,22 +260,13 @@ def test_a_picture_that_has_been_overtaken_is_not_shown(qtbot, view, scene, monk
     assert view.canvas.drawing._picture.look.camera == turned
 
 
-def test_detail_follows_the_time_that_drawing_takes():
-    detail, pixels = DetailLevel(), 1_000_000
-    assert detail.choose(100_000, pixels) == (1, 100_000)
-    side, count = detail.choose(2_000_000, pixels)
-    assert count < 2_000_000
-    for _ in range(30):
-        detail.note(0.3, count, pixels / side**2)
-    slow = detail.choose(2_000_000, pixels)
-    assert slow[0] > side
-    for _ in range(60):
-        detail.note(MOVING_S / 20, slow[1], pixels / slow[0] ** 2)
-    assert detail.choose(2_000_000, pixels)[1] > slow[1]
+@pytest.mark.parametrize(("points", "pixels", "expected"), [(300, 900_000, (1, 300)), (10**6, 3 * 10**6, (2, 400_000))])
+def test_a_moving_cloud_has_as_much_detail_as_can_be_drawn_at_once(points, pixels, expected):
+    assert drawing.detail(points, pixels) == expected
 
 
 def test_closing_gives_up_what_is_being_drawn(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    monkeypatch.setattr(drawing, "detail", lambda points, pixels: (2, 500))
     qtbot.keyClick(view.canvas, Qt.Key.Key_Left)
     view.canvas.grab()
     assert view.canvas.drawing._rest.isActive()
@@ -284,8 +275,7 @@ def test_closing_gives_up_what_is_being_drawn(qtbot, view, scene, monkeypatch):
     assert not view.canvas.drawing._whole.busy
 
 
-def test_depths_are_clipped_in_metres(view, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (1, points))  # however busy it is
+def test_depths_are_clipped_in_metres(view):
     view._show_clip(True)
     everything = np.count_nonzero((pixels(view.canvas) == RED).all(axis=2))
     view.clip.near.setValue(500)
