@@ -10,14 +10,13 @@ from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of, short_title
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
 from .screen_layers import STYLES
 from .spectrum_picture import SpectrumPicture
 from .title_strip import TitleStrip
-from .view_data import ViewData
+from .view_data import DIFFERENCE, FLICKERS, RUNS, SIDES, ViewData, capital, difference_of, short_title
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 

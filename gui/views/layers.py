@@ -15,7 +15,7 @@ from ilf.drawing.colours import robust_difference_level, robust_error_levels, sa
 
 from ..base.theme import Colours, blend
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
-from .contents import (
+from .view_data import (
     BEFORE_IN,
     BEFORE_OUT,
     COMPARABLE,
@@ -26,11 +26,14 @@ from .contents import (
     INTERPOLATED,
     RUNS,
     SIDES,
+    Depth,
+    Mask,
+    ShownDepth,
+    ViewData,
     capital,
     operands_of,
     short_title,
 )
-from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]
 

@@ -8,10 +8,9 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainterPath
 
 from .cell import Cell
-from .contents import COMPARABLE
 from .drawings import HaloPath
 from .image_view import ImageView
-from .view_data import ViewData
+from .view_data import COMPARABLE, ViewData
 
 _NEAR = 8
 """Distance from the line [screen px] within which it can be dragged."""

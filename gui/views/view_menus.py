@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetActio
 from ..base.commands import TEMPORARY
 from ..widgets.basics import PlainLabel, combo, lay_out, menu_button
 from .centre import Centre
-from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
 from .linked_views import LinkedViews
+from .view_data import capital, short_title
 
 _OPACITY = 45
 

@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QRect,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPainter, QPaintEvent, QPalette, QPixmap
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
 
 from ..base import theme
 from .basics import Themed, literal_text, paint_hint
-from .tables import ICON_SIZE, Index, RowDelegate, set_up_table
 
+Index = QModelIndex | QPersistentModelIndex
+
+ICON_SIZE = 16
+_ROW_HEIGHT = 26
+_FILLED = "ilf_filled"
+"""Property of editors that already contain the cell's text."""
 _SORT_ROLE = Qt.ItemDataRole.UserRole
 _NARROW = 26
 """Width of columns of icons and ticks [px]."""
@@ -207,6 +231,60 @@ def _alignment(heading: Heading) -> Qt.AlignmentFlag:
     return side | Qt.AlignmentFlag.AlignVCenter
 
 
+class RowDelegate(QStyledItemDelegate):
+    """Delegate that paints rows.
+
+    Parameters
+    ----------
+    icon_columns : collection of int
+        Columns with only a centred icon or colour.
+    """
+
+    def __init__(self, icon_columns: Collection[int], parent: QObject) -> None:
+        super().__init__(parent)
+        self._icon_columns = icon_columns
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """Set the text only once, so that changes of the cell do not overwrite the user's input."""
+        if not editor.property(_FILLED):
+            editor.setProperty(_FILLED, True)
+            super().setEditorData(editor, index)
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        accent, base = option.palette.highlight().color(), option.palette.base().color()
+        option.palette.setColor(QPalette.ColorRole.Highlight, _selection_colour(accent.rgb(), base.rgb()))
+        option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
+        option.state &= ~QStyle.StateFlag.State_HasFocus
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        if index.column() not in self._icon_columns:
+            super().paint(painter, option, index)
+            return
+        full = QStyleOptionViewItem(option)
+        self.initStyleOption(full, index)
+        full.icon = QIcon()
+        full.widget.style().drawControl(QStyle.ControlElement.CE_ItemViewItem, full, painter, full.widget)
+        box = QRect(0, 0, ICON_SIZE, ICON_SIZE)
+        box.moveCenter(option.rect.center())
+        decoration = index.data(Qt.ItemDataRole.DecorationRole)
+        if isinstance(decoration, QColor):
+            painter.save()
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(decoration)
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 3, 3)
+            painter.restore()
+        elif decoration is not None:
+            decoration.paint(painter, box)
+
+
+@lru_cache(maxsize=8)
+def _selection_colour(accent: int, base: int) -> QColor:
+    """Return the background of selected rows; colours as numbers so that the cache works, used for every cell."""
+    return theme.blend(QColor(base), QColor(accent), 0.28)
+
+
 class RowTable(Themed, QTableView):
     """View of a table that can be sorted by each column; F2 edits the current cell, or the name of its row.
 
@@ -228,10 +306,26 @@ class RowTable(Themed, QTableView):
         self.proxy.setSortRole(_SORT_ROLE)
         self.setModel(self.proxy)
         self.setAccessibleName(name)
-        set_up_table(self, _NARROW)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
+        header = self.horizontalHeader()
+        header.setMinimumSectionSize(_NARROW)
+        header.setHighlightSections(False)
+        header.setSortIndicatorClearable(True)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.setSortingEnabled(True)
         icons = [column for column, heading in headings.items() if heading.kind == "icon"]
         self.setItemDelegate(RowDelegate(icons, self))
-        header = self.horizontalHeader()
         for column, heading in headings.items():
             if heading.kind in ("icon", "tick"):
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
