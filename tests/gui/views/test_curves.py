@@ -108,11 +108,11 @@ def test_colour_weighted_iterations_are_shaded(panel):
 
 def test_the_first_iteration_is_a_point(panel):
     panel.show_curves([curve(linear(1)), curve(staged())])
-    x, y = panel.sigma_plot._points.getData()
-    assert (list(x), list(y)) == ([1], [math.log10(0.9)])
-    assert panel.sigma_plot._points.isVisible()
+    first, _ = panel.sigma_plot.lines
+    assert [list(part) for part in first.getData()] == [[1], [math.log10(0.9)]]
+    assert first.scatter.isVisible()
     panel.show_curves([curve(linear(2)), curve(staged())])
-    assert not panel.sigma_plot._points.isVisible()
+    assert not any(line.scatter.isVisible() for line in panel.sigma_plot.lines)
 
 
 def test_hold_out_curve_is_there_with_its_least_where_pixels_are_held_out(panel):
@@ -154,7 +154,7 @@ def test_the_error_after_the_correction_stands_at_the_end(panel):
     records = [replace(record, error=0.2 / record.i) for record in linear()]
     panel.show_curves([curve(records, corrected=0.004)])
     assert "err 4 mm" in panel.readout.text
-    (at,), (value,) = panel.error_plot._points.getData()
+    (at,), (value,) = panel.error_plot.lines[-1].getData()
     assert (at, 10**value) == (40, pytest.approx(0.004))
     panel.look_at(40)
     assert "err 5 mm" in panel.readout.text, "the last iteration was not corrected yet"
