@@ -14,7 +14,6 @@ from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
 from .screen_layers import STYLES
-from .spectrum_picture import SpectrumPicture
 from .title_strip import TitleStrip
 from .view_data import DIFFERENCE, FLICKERS, RUNS, SIDES, ViewData, capital, difference_of, short_title
 
@@ -46,7 +45,6 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
@@ -83,14 +81,13 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        if self._spectrum is not None:
-            self._spectrum.setVisible(concrete == "spectrum")
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
         self.strip.set_text("")
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
+        self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         self.view.fills.set_visible(concrete == "colour")
         self.show_stripes()
@@ -144,10 +141,6 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
-        if self.concrete == "spectrum":
-            if self._spectrum is None:
-                self._spectrum = SpectrumPicture(self.view)
-            self._spectrum.show_spectrum(data.spectrum)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

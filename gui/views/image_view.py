@@ -155,6 +155,8 @@ class ImageView(QAbstractScrollArea):
         self._message = ""
         self._hatch: QBrush | None = None
         self._is_hatched = False
+        self.is_of_frame = True
+        """Whether the picture has the frame's pixels; any other one is alone in the view, and has no pan and zoom."""
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
         self.striped: Mapping[str, NDArray[np.bool_]] = {}
@@ -261,8 +263,9 @@ class ImageView(QAbstractScrollArea):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint what is in the region; without a picture, the message; a frame in the accent colour with the focus."""
         painter, room, colours = QPainter(self.viewport()), self.viewport().rect(), theme.colours(self.palette())
-        scale, region = self.transform.m11(), event.region()
-        painter.setTransform(self.transform)
+        region, to_screen = event.region(), self.transform if self.is_of_frame else self._fitting()
+        scale = to_screen.m11()
+        painter.setTransform(to_screen)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * self.devicePixelRatioF() < 1)
         if self._is_hatched and self._hatch is not None:
             hatch = QBrush(self._hatch)
@@ -270,7 +273,8 @@ class ImageView(QAbstractScrollArea):
             painter.fillRect(self.frame, hatch)
         for drawing in self._drawings if self.image.pixels is not None else ():
             extent = drawing.extent
-            if drawing.visible and extent is not None and region.intersects(self._place_of(extent, drawing.margin)):
+            is_there = drawing.visible and (self.is_of_frame or drawing is self.image)
+            if is_there and extent is not None and region.intersects(self._place_of(extent, drawing.margin)):
                 painter.save()
                 drawing.paint(painter, 1 / scale)
                 painter.restore()
@@ -283,6 +287,13 @@ class ImageView(QAbstractScrollArea):
             for inset in range(FOCUS_WIDTH):
                 painter.drawRect(room.adjusted(inset, inset, -inset - 1, -inset - 1))
 
+    def _fitting(self) -> QTransform:
+        """From the pixels of a picture that is not of the frame to the viewport."""
+        room, picture = QRectF(self.viewport().rect()), self.image.extent or QRectF(0, 0, 1, 1)
+        scale = min(room.width() / picture.width(), room.height() / picture.height())
+        corner = room.center() - picture.center() * scale
+        return QTransform(scale, 0, 0, scale, corner.x(), corner.y())
+
     def sizeHint(self) -> QSize:
         return QSize(320, 240)
 
@@ -290,7 +301,7 @@ class ImageView(QAbstractScrollArea):
         self.resized.emit()
 
     def viewportEvent(self, event: QEvent) -> bool:
-        if event.type() in self._EVENTS and self._on_event(self, event):
+        if self.is_of_frame and event.type() in self._EVENTS and self._on_event(self, event):
             event.accept()
             return True
         return super().viewportEvent(event)

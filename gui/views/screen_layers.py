@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSizeF
 
 from ilf.data.label_map import Box, whole
-from ilf.segmentation.editing.patches import bounds, grown
+from ilf.segmentation.editing.patches import grown
 
 from .image_view import ImageView
 from .pixel_items import Argb
@@ -159,12 +159,10 @@ class BlockLines:
         self.in_colours = in_colours
         self._looks = np.column_stack((colours, self._selected * (1 + self._has_tint), self._to_check))
 
-    def differing(self, other: BlockLines) -> NDArray[np.bool_]:
-        """Label -> whether it looks different, of those that both know."""
+    def looks_like(self, other: BlockLines) -> bool:
+        """Whether the blocks that both know look the same."""
         known = min(len(self._looks), len(other._looks))
-        differ = np.zeros(len(self._looks), bool)
-        differ[:known] = (self._looks[:known] != other._looks[:known]).any(axis=1)
-        return differ
+        return self.in_colours == other.in_colours and np.array_equal(self._looks[:known], other._looks[:known])
 
     def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
         """Draw the lines that depend on the labels inside a box.
@@ -311,21 +309,18 @@ class ScreenLayers:
 
     def show_blocks(self, labels: NDArray[np.int32] | None, blocks: BlockLines, boxes: Sequence[Box] = ()) -> None:
         """Draw the lines of a label map, int32 (H, W), which the caller changes in place; None for none. Of the map
-        drawn last, only boxes (rows, columns) that have changed and blocks with another look are drawn."""
+        drawn last, only boxes (rows, columns) that have changed are drawn, unless blocks look different."""
         former, self._blocks = self._blocks, blocks
-        if labels is None or labels is not self._labels or blocks.in_colours != former.in_colours:
+        if labels is None or labels is not self._labels or not blocks.looks_like(former):
             self._labels = labels
             self._lines.clear()
             for view in self._views:
                 view.viewport().update()
             return
-        differ = blocks.differing(former)
         for sampling, lines in self._lines.items():
             parts = [sampling.box_of(box) for box in boxes]
             for part in parts:
                 lines.labels[part] = sampling.sample(labels, part)
-            if differ.any():
-                parts += filter(None, [bounds(differ[lines.labels])])
             for part in parts:
                 if all(span.start < span.stop for span in part):
                     drawn = blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
