@@ -124,6 +124,8 @@ class ImageView(QAbstractScrollArea):
     """
 
     resized = Signal()
+    is_of_frame = True
+    """Whether the picture has the frame's pixels; any other one is alone in the view, and has no pan and zoom."""
 
     _EVENTS = frozenset(
         {
@@ -155,8 +157,6 @@ class ImageView(QAbstractScrollArea):
         self._message = ""
         self._hatch: QBrush | None = None
         self._is_hatched = False
-        self.is_of_frame = True
-        """Whether the picture has the frame's pixels; any other one is alone in the view, and has no pan and zoom."""
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
         self.striped: Mapping[str, NDArray[np.bool_]] = {}

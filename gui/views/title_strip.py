@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
@@ -48,7 +48,6 @@ class TitleStrip(QWidget):
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
-        self._hovered = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
         self.setFont(font)
@@ -56,7 +55,6 @@ class TitleStrip(QWidget):
         self.bar.setFont(font)
         self.bar.resized.connect(self._place_bar)
         self.setFixedHeight(self.fontMetrics().height() + 3)
-        self.setMouseTracking(True)
         self.setToolTip(_TITLE_HINT)
 
     def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
@@ -126,7 +124,7 @@ class TitleStrip(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter, colours = QPainter(self), theme.colours(self.palette())
         painter.fillRect(self.rect(), colours.panel)
-        self._paint_title(painter, colours.text if self._hovered else colours.muted)
+        self._paint_title(painter, colours.muted)
         right = self._right - PAD
         metrics = self.fontMetrics()
         painter.setPen(colours.muted)
@@ -181,17 +179,6 @@ class TitleStrip(QWidget):
         half = _ARROW / 2
         painter.drawPolygon(QPolygonF([QPointF(x, y), QPointF(x + _ARROW, y), QPointF(x + half, y + half + 0.5)]))
         painter.restore()
-
-    def _set_hovered(self, hovered: bool) -> None:
-        if hovered != self._hovered:
-            self._hovered = hovered
-            self.update()
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._set_hovered(event.position().x() < self.title_end)
-
-    def leaveEvent(self, event: QEvent) -> None:
-        self._set_hovered(False)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.title_end:

@@ -37,7 +37,7 @@ def _export(window, qtbot, folder, scope):
     with qtbot.waitSignal(feature.worker.finished):
         feature.start(Export(folder, OPTIONS, scope))
         assert feature.pending_work()
-    return window.toasts.message
+    return window.notes.message
 
 
 def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_path):

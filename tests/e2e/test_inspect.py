@@ -123,7 +123,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     window.actions_["tool_measure"].trigger()
     qtbot.waitUntil(lambda: part.measurements.isVisible())
     click(window, (12.5, 15.5))
-    assert "no depth" in window.toasts.message
+    assert "no depth" in window.notes.message
     assert window.workspace.current.state.looked.measurements == ()
     run_all(window)
     for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):

@@ -7,8 +7,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.widgets.basics import Message
-from gui.widgets.notices import LogPanel, Notes, ProblemBox
-from gui.widgets.toasts import MAX_TOASTS, Toast, Toasts
+from gui.widgets.notes import MAX_TOASTS, Notes, Toast
+from gui.widgets.notices import LogPanel, ProblemBox
 
 
 @pytest.fixture
@@ -20,57 +20,52 @@ def window(shown):
 
 
 @pytest.fixture
-def toasts(window):
-    toasts = Toasts(window)
+def notes(window):
+    notes = Notes(window, LogPanel(window))
     window.statusBar().setFixedHeight(28)
-    yield toasts
-    toasts.clear()
+    yield notes
+    notes.clear()
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, toasts, qtbot):
-    log = LogPanel()
-    qtbot.addWidget(log)
-    notes = Notes(window, toasts, log)
+def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, notes, qtbot):
     notes.show_briefly("3 blocks in 20 ms")
     notes.show_briefly("3 blocks in 25 ms")
-    assert [toast.message for toast in toasts.shown] == ["3 blocks in 25 ms"]
+    assert [toast.message for toast in notes.shown] == ["3 blocks in 25 ms"]
     notes.show_message("Values of their own stay.")
     notes.show_briefly("3 blocks in 21 ms")
-    assert toasts.message == "Values of their own stay."
-    toasts.clear()
+    assert notes.message == "Values of their own stay."
+    notes.clear()
     notes.show_briefly("3 blocks in 22 ms")
-    assert toasts.message == "3 blocks in 22 ms"
+    assert notes.message == "3 blocks in 22 ms"
 
 
-def test_options_of_the_command_line_are_not_told_in_a_window(window, toasts, qtbot):
-    log, label = LogPanel(), Message()
-    for widget in (log, label):
-        qtbot.addWidget(widget)
-    notes = Notes(window, toasts, log)
+def test_options_of_the_command_line_are_not_told_in_a_window(window, notes, qtbot):
+    label = Message()
+    qtbot.addWidget(label)
     notes.show_message("There are two cameras (--topics COLOUR,DEPTH).")
     notes.warn("Open", ["Give the key of a frame (--frame)."])
     label.show_message("Rename the file (command line: --name, or --replace).")
-    assert toasts.message == "There are two cameras."
+    assert notes.message == "There are two cameras."
     (box,) = window.findChildren(ProblemBox)
     assert box.text() == "Give the key of a frame."
     assert label.text() == "Rename the file."
     box.close()
 
 
-def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):
+def test_the_newest_is_in_the_status_bar_beside_the_work(window, notes):
     field, bar = window.centralWidget(), window.statusBar()
     field.setFocus()
     before = field.geometry()
     for message in ("one", "two", "three of them " * 20, "one", "four"):
-        toasts.show_message(message, 10_000)
-    assert [toast.message[:5] for toast in toasts.shown] == ["three", "one", "four"]
-    assert len(toasts.shown) == MAX_TOASTS
-    assert [toast.isVisible() for toast in toasts.shown] == [False, False, True]
+        notes.show_message(message)
+    assert [toast.message[:5] for toast in notes.shown] == ["three", "one", "four"]
+    assert len(notes.shown) == MAX_TOASTS
+    assert [toast.isVisible() for toast in notes.shown] == [False, False, True]
     for left in ("one", "three"):
-        QTest.mouseClick(toasts.shown[-1].close_button, Qt.MouseButton.LeftButton)
-        assert toasts.message.startswith(left)
+        QTest.mouseClick(notes.shown[-1].close_button, Qt.MouseButton.LeftButton)
+        assert notes.message.startswith(left)
         QApplication.processEvents()
-        (toast,) = (toast for toast in toasts.shown if toast.isVisible())
+        (toast,) = (toast for toast in notes.shown if toast.isVisible())
         assert bar.rect().contains(toast.geometry())
         assert toast.width() < 0.7 * bar.width(), "the hint keeps its place"
     assert field.geometry() == before, "pictures do not move"
@@ -78,12 +73,12 @@ def test_the_newest_is_in_the_status_bar_beside_the_work(window, toasts):
 
 
 @pytest.mark.parametrize(("text", "is_cut"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
-def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, is_cut):
+def test_what_is_cut_is_a_tool_tip(window, notes, monkeypatch, text, is_cut):
     said: list[str] = []
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
-    toasts.show_message(text, 10_000)
+    notes.show_message(text)
     QApplication.processEvents()
-    label = toasts.shown[-1].label
+    label = notes.shown[-1].label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
     assert said == [text if is_cut else ""]
 
@@ -93,30 +88,31 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
     return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)
 
 
-def test_one_stays_while_the_pointer_is_on_it(toasts, qtbot, monkeypatch):
-    monkeypatch.setattr("gui.widgets.toasts._MIN_STAY_MS", 50)
-    toasts.show_message("read me", 30)
-    (toast,) = toasts.shown
+def test_one_stays_while_the_pointer_is_on_it(notes, qtbot, monkeypatch):
+    monkeypatch.setattr("gui.widgets.notes._MIN_STAY_MS", 50)
+    monkeypatch.setattr("gui.widgets.notes._MESSAGE_MS", 30)
+    notes.show_message("read me")
+    (toast,) = notes.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))
-    toasts.show_message("gone soon", 30)
-    qtbot.waitUntil(lambda: [toast.message for toast in toasts.shown] == ["read me"])
+    notes.show_message("gone soon")
+    qtbot.waitUntil(lambda: [toast.message for toast in notes.shown] == ["read me"])
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone):
         pass
 
 
-def test_a_command_is_offered_once(window, toasts):
+def test_a_command_is_offered_once(window, notes):
     action = QAction("&Clean up…", window)
     given: list[bool] = []
     action.triggered.connect(lambda: given.append(True))
-    toasts.show_message("3 slivers left.", 10_000, action)
-    (toast,) = toasts.shown
+    notes.offer("3 slivers left.", action)
+    (toast,) = notes.shown
     assert toast.commands[0].text() == "Clean up"
     QTest.mouseClick(toast.commands[0], Qt.MouseButton.LeftButton)
     assert given == [True]
-    assert toasts.shown == []
+    assert notes.shown == []
     for left in (1, 2):
-        toasts.show_message(f"{left} slivers left.", 10_000, action)
-    assert [toast.message for toast in toasts.shown] == ["2 slivers left."]
+        notes.offer(f"{left} slivers left.", action)
+    assert [toast.message for toast in notes.shown] == ["2 slivers left."]
     action.trigger()
-    assert toasts.shown == []
+    assert notes.shown == []

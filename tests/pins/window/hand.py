@@ -457,7 +457,7 @@ class Hand:
 
     def dismiss_messages(self) -> None:
         """Remove the messages that disappear by themselves."""
-        self.window.toasts.clear()
+        getattr(self.window, "toasts", self.window.notes).clear()
 
     # Waiting.
 
