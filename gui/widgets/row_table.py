@@ -1,8 +1,8 @@
-"""A table of things, a row each: its columns, its cells, and a view of it that can be sorted and edited."""
+"""A table of things, a row each: its columns, its cells, and views of it, one to sort and edit, one of numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
@@ -18,7 +18,18 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPainter, QPaintEvent, QPalette, QPixmap
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QGuiApplication,
+    QIcon,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPixmap,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -30,12 +41,12 @@ from PySide6.QtWidgets import (
 )
 
 from ..base import theme
-from .basics import Themed, literal_text, paint_hint
+from .basics import Themed, literal_text, paint_hint, use_even_digits
 
 Index = QModelIndex | QPersistentModelIndex
 
 ICON_SIZE = 16
-_ROW_HEIGHT = 26
+_ROW_HEIGHT, _ROW_PAD = 26, 6
 _FILLED = "ilf_filled"
 """Property of editors that already contain the cell's text."""
 _SORT_ROLE = Qt.ItemDataRole.UserRole
@@ -80,7 +91,7 @@ class TableCell(NamedTuple):
         Name of an icon and of its colour in `theme.Colours`; or a colour.
     tone : str
         Name of the text's colour; "" for the usual one.
-    bold : bool
+    bold, italic : bool
     ticked : bool
     edited : str
         What is edited, if it differs from the text.
@@ -94,6 +105,7 @@ class TableCell(NamedTuple):
     icon: tuple[str, str] | tuple[int, int, int] | None = None
     tone: str = ""
     bold: bool = False
+    italic: bool = False
     ticked: bool = False
     edited: str = ""
     said: str = ""
@@ -189,9 +201,10 @@ class RowModel(QAbstractTableModel):
             return _alignment(heading)
         if role == Qt.ItemDataRole.ForegroundRole and cell.tone:
             return getattr(theme.colours(self._widget.palette()), cell.tone)
-        if role == Qt.ItemDataRole.FontRole and cell.bold:
+        if role == Qt.ItemDataRole.FontRole and (cell.bold or cell.italic):
             font = QFont(self._widget.font())
-            font.setBold(True)
+            font.setBold(cell.bold)
+            font.setItalic(cell.italic)
             return font
         if role == Qt.ItemDataRole.CheckStateRole and heading.kind == "tick":
             return Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
@@ -364,3 +377,85 @@ class RowTable(Themed, QTableView):
         super().paintEvent(event)
         if not self.rows.keys:
             paint_hint(self, self.hint)
+
+
+# A small table of numbers.
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+    cells : tuple of str
+        One for each column but the first; empty for the heading of a group.
+    hint : str
+        Tooltip.
+    colour : (int, int, int) or None
+        Colour of its run.
+    is_best : bool
+        Whether it is the best row of its group, or equal to it.
+    is_italic : bool
+        Whether its numbers are less reliable than others; the tooltip says why.
+    """
+
+    name: str
+    cells: tuple[str, ...] = ()
+    hint: str = ""
+    colour: tuple[int, int, int] | None = None
+    is_best: bool = False
+    is_italic: bool = False
+
+
+class NumberTable(RowTable):
+    """Table of numbers with headings of groups, the best marked; Ctrl+C copies tab-separated text.
+
+    Parameters
+    ----------
+    name : str
+        Its accessible name.
+    columns : sequence of (str, str)
+        Title and tooltip of each column but the first.
+    """
+
+    def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
+        headings = (Heading("", ""), *(Heading(title, hint, kind="number") for title, hint in columns))
+        super().__init__(name, dict(enumerate(headings)))
+        self.numbers: tuple[Row, ...] = ()
+        self.setSortingEnabled(False)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + _ROW_PAD)
+        use_even_digits(self)
+
+    def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
+        """Show other rows; `empty` is the text shown without rows."""
+        self.numbers, self.hint = tuple(rows), empty
+        columns = len(self._headings)
+        self.rows.show_rows({number: _number_cells(row, columns) for number, row in enumerate(self.numbers)})
+        self.clearSpans()
+        for number, row in enumerate(self.numbers):
+            if not row.cells:
+                self.setSpan(number, 0, 1, columns)
+        self.viewport().update()
+
+    def text(self, chosen: Collection[int] = ()) -> str:
+        """Return some rows, or all, as tab-separated text."""
+        rows = [self.numbers[number] for number in chosen] or self.numbers
+        head = [heading.title for heading in self._headings.values()]
+        return "\n".join("\t".join(cells) for cells in [head, *((row.name, *row.cells) for row in rows)])
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QGuiApplication.clipboard().setText(self.text(self.chosen()))
+        else:
+            super().keyPressEvent(event)
+
+
+def _number_cells(row: Row, columns: int) -> TableCells:
+    texts = row.name, *row.cells, *[""] * (columns - 1 - len(row.cells))
+    tone = "good" if row.is_best else "" if row.cells else "muted"
+    plain = TableCell(hint=row.hint or row.name, tone=tone, bold=row.is_best or not row.cells, italic=row.is_italic)
+    return {column: plain._replace(text=text, icon=None if column else row.colour) for column, text in enumerate(texts)}

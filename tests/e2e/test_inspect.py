@@ -129,7 +129,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):
         click(window, point)
     window.refresh.now()
-    rows = part.measurements.rows
+    rows = part.measurements.numbers
     assert [(row.name, "filled depth" in row.hint) for row in rows] == [("1", True), ("2", False)]
     document, depth = window.workspace.current, window.workspace.current.current_depth()
     wanted = measure(depth, window.workspace.current.state.looked.measurements[1], document.frame.intrinsics)
@@ -142,7 +142,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     assert lines[1].split("\t")[:3] == ["1", "5", "5"]
 
     part.measurements.setFocus()
-    part.measurements.topLevelItem(0).setSelected(True)
+    part.measurements.selectRow(0)
     QTest.keyClick(part.measurements, Qt.Key.Key_Delete)
     assert len(window.workspace.current.state.looked.measurements) == 1
     window.actions_["restore_measurements"].trigger()
