@@ -100,7 +100,7 @@ class LinkedViews(Themed, QWidget):
         lay_out(QVBoxLayout(self), self._pages)
 
         for name, cell in self.cells.items():
-            cell.view.resized.connect(self._follow_size)
+            cell.view.resized.connect(self._fit_views)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
@@ -324,11 +324,6 @@ class LinkedViews(Themed, QWidget):
         self._fit_views()
         for cell in self.sheet.shown:
             cell.point_at(self.navigation.pixel)
-
-    def _follow_size(self) -> None:
-        """Fit the views after one has another size; while the cells are placed, only once at the end."""
-        if not self.sheet.is_placing:
-            self._fit_views()
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""

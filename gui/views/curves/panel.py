@@ -132,14 +132,12 @@ class CurvesPanel(Themed, QWidget):
         self._hint.setText(text)
 
     def show_curves(self, curves: Sequence[Curve]) -> None:
-        """Draw these curves; existing ones are extended by their new records."""
+        """Draw these curves."""
         same = len(curves) == len(self._curves) and all(map(Curve.has_same_style, curves, self._curves))
         if not same:
             self._hovered = None
             for plot in self._plots:
                 plot.reset_ranges()
-        for curve, former in zip(curves, self._curves, strict=False):
-            curve.go_on_from(former)
         self._curves = list(curves)
         self._draw()
 
