@@ -118,7 +118,7 @@ class Tour:
 
     def save(self, path: Path, widget: QWidget | None = None) -> None:
         """Save a picture of the window or of a widget."""
-        self.window.toasts.clear()
+        self.window.notes.clear()
         self.window.refresh.now()
         pixmap: QPixmap = self.window.documents.picture() if widget is None else widget.grab()
         pixmap.save(str(path), quality=_QUALITY if path.suffix == ".jpg" else -1)

@@ -37,6 +37,9 @@ class Toast(Themed, QFrame):
     def __init__(self, message: str, actions: Sequence[QAction]) -> None:
         super().__init__()
         self.setObjectName("toast")
+        self.setStyleSheet(
+            "#toast { background: palette(base); border: 1px solid palette(highlight); border-radius: 4px; }"
+        )
         self.offered = tuple(actions)
         self.commands = [self._button(action) for action in actions]
         self.label = ElidedLabel(Qt.TextElideMode.ElideMiddle)
@@ -81,14 +84,7 @@ class Toast(Themed, QFrame):
         self._over.start()
 
     def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
         self.close_button.setIcon(theme.icon("ph.x", self.palette()))
-        sheet = (
-            f"#toast {{ background: {colours.background.name()}; border: 1px solid {colours.accent.name()}; "
-            "border-radius: 4px; }"
-        )
-        if sheet != self.styleSheet():  # it changes the palette
-            self.setStyleSheet(sheet)
 
     def _go(self) -> None:
         self._over.stop()

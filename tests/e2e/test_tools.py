@@ -32,6 +32,16 @@ def _take(window, tool: str):
     window.refresh.now()
 
 
+def test_painting_looks_for_edges_only_if_it_is_limited_to_what_is_similar(opened, monkeypatch):
+    asked = []
+    monkeypatch.setattr(opened.editor.edge_data_source, "of", lambda *_: asked.append(True))
+    _take(opened, "paint")
+    assert not asked
+    opened.actions_["similar_only"].trigger()
+    assert asked
+    opened.actions_["similar_only"].trigger()
+
+
 def test_a_border_is_adjusted_and_dropped_by_escape_or_undo(editing):
     document = editing.workspace.current
     right, before = int(document.labels[5, 50]), document.labels.copy()
