@@ -381,6 +381,8 @@ class RowTable(Themed, QTableView):
 
 # A small table of numbers.
 
+_SWATCH = 10
+
 
 @dataclass(frozen=True)
 class Row:
@@ -424,6 +426,7 @@ class NumberTable(RowTable):
         headings = (Heading("", ""), *(Heading(title, hint, kind="number") for title, hint in columns))
         super().__init__(name, dict(enumerate(headings)))
         self.numbers: tuple[Row, ...] = ()
+        self.setIconSize(QSize(_SWATCH, _SWATCH))
         self.setSortingEnabled(False)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
