@@ -103,7 +103,7 @@ class Tour:
     def place(self, slot: str, x: float, y: float) -> tuple[QWidget, QPoint]:
         """Where a pixel is in a view."""
         view = self.window.views.cells[slot].view
-        return view.viewport(), view.viewportTransform().map(QPointF(x, y)).toPoint()
+        return view.viewport(), view.transform.map(QPointF(x, y)).toPoint()
 
     def drag(self, slot: str, *points: tuple[float, float], release: bool = True) -> None:
         """Draw with the left button held, and let go of it."""
@@ -118,7 +118,7 @@ class Tour:
 
     def save(self, path: Path, widget: QWidget | None = None) -> None:
         """Save a picture of the window or of a widget."""
-        self.window.toasts.clear()
+        self.window.notes.clear()
         self.window.refresh.now()
         pixmap: QPixmap = self.window.documents.picture() if widget is None else widget.grab()
         pixmap.save(str(path), quality=_QUALITY if path.suffix == ".jpg" else -1)

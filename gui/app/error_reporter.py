@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from ilf._runtime.writing import remove_temporary_files
 
-from ..widgets.notices import Notes
+from ..widgets.notes import Notes
 
 _LEAVE_S = 0.3
 """Time [s] to wait for running threads after the window has closed."""

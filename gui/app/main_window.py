@@ -96,7 +96,7 @@ class MainWindow(QMainWindow):
         self.workspace, self.recorder, self.loader = context.workspace, context.recorder, context.loader
         self.runs, self.refresh, self.editor = context.runs, context.refresh, context.editor
         self.views, self.cloud, self.centre = context.views, context.cloud, context.centre
-        self.panels, self.log, self.toasts, self.notes = context.panels, context.log, context.toasts, context.notes
+        self.panels, self.log, self.notes = context.panels, context.log, context.notes
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
         self.drops = FileDrops(self)

@@ -23,8 +23,8 @@ from ..views.centre import Centre
 from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
-from ..widgets.notices import LogPanel, Notes
-from ..widgets.toasts import Toasts
+from ..widgets.notes import Notes
+from ..widgets.notices import LogPanel
 from ..work.latest_request import Job, LatestRequest
 from ..work.refresh import Refresh
 from ..work.runs import RunController
@@ -55,7 +55,7 @@ class Context:
         The data, and what stores it.
     loader, runs, refresh
         The work: reading of frames, runs, and drawing of what has become stale.
-    panels, views, cloud, centre, log, toasts, notes
+    panels, views, cloud, centre, log, notes
         The display: the panels around the centre, linked views, point cloud, the centre with both, and messages.
     editor
         Host of the tools.
@@ -75,8 +75,8 @@ class Context:
         self.panels = Docks(window, persistent)
         self.views, self.cloud = LinkedViews(workspace), CloudView()
         self.centre = Centre(self.views, self.cloud)
-        self.log, self.toasts = LogPanel(), Toasts(window)
-        self.notes = Notes(window, self.toasts, self.log)
+        self.log = LogPanel()
+        self.notes = Notes(window, self.log)
         self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)
         self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
         self.editor = Editor(workspace, self.views, window)

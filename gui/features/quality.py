@@ -30,9 +30,9 @@ from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.interaction import Preview, PreviewItem
+from ..views.drawings import HaloPath, PreviewDrawing
+from ..views.interaction import Preview
 from ..views.pixel_items import boundary_path
-from ..views.scene_items import HaloPath
 from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
@@ -159,10 +159,10 @@ class QualityPanel(Panel):
         """Make the marks in the views, and the lines of the panel."""
         actions = self.context.actions
         self._marks = [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells]
-        self._previews = [PreviewItem(_HEIGHT) for _ in self.context.views.cells]
+        self._previews = [PreviewDrawing(_HEIGHT) for _ in self.context.views.cells]
         for items in (self._marks, self._previews):
             for cell, item in zip(self.context.views.cells.values(), items, strict=True):
-                cell.view.add_overlay(item)
+                cell.view.add(item)
         self.position, self.reason = PlainLabel(), PlainLabel()
         self.reason.setWordWrap(True)
         self.remedy_button = _button(actions["apply_remedy"])

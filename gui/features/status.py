@@ -15,7 +15,7 @@ from ..state.document import Document
 from ..state.parts import Part
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
-from ..views.contents import FLICKERS
+from ..views.view_data import FLICKERS
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace

@@ -35,7 +35,8 @@ from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parts import Part
 from ..state.workspace import Workspace
-from ..widgets.notices import ACCEPT, Notes, ask, error_text
+from ..widgets.notes import Notes
+from ..widgets.notices import ACCEPT, ask, error_text
 from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from ..work.latest_request import Job, JobQueue
 from .store import WorkStore

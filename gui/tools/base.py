@@ -140,7 +140,8 @@ class Tool:
     wheel : bool
         Whether it uses the wheel while Ctrl is held.
     guided : bool
-        Whether it uses the edges of the frame, which are computed in advance.
+        Whether it uses the edges of the frame, which are computed in advance; if it has the option `similar_only`, only
+        with that.
     """
 
     options: tuple[str, ...] = ()

@@ -7,33 +7,15 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
-from ilf.data.label_map import Box, union
 from ilf.errors import InputError
 from ilf.segmentation.editing.painting import Stroke, brush_stroke, erase, paint
+from ilf.segmentation.editing.patches import bounds
 from ilf.segmentation.editing.snapping import similar_pixels
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from .base import Host, Point, Tool, check_unlocked, edges_of, line_path
 
-# Pixels that a brush has covered since the button was pressed.
-
-
-class Swept:
-    """Union of the pixels of several short strokes."""
-
-    def __init__(self, shape: tuple[int, int]) -> None:
-        self.mask: NDArray[np.bool_] = np.zeros(shape, bool)
-        self._box: Box | None = None
-
-    def add(self, stroke: Stroke) -> None:
-        """Add a stroke's pixels."""
-        self.mask[stroke.box] |= stroke.mask
-        self._box = stroke.box if self._box is None else union(self._box, stroke.box)
-
-    @property
-    def stroke(self) -> Stroke | None:
-        """All pixels as one stroke; None if there are none."""
-        return None if self._box is None else Stroke(self._box, self.mask[self._box])
+Mask = NDArray[np.bool_]
 
 
 class StrokeTool(Tool):
@@ -44,7 +26,8 @@ class StrokeTool(Tool):
     """Whether the covered pixels are shaded until the release."""
 
     def __init__(self) -> None:
-        self._swept: Swept | None = None
+        self._swept: Mask | None = None
+        """The pixels that the brush has covered since the button was pressed."""
         self._points: list[Point] = []
 
     @property
@@ -57,7 +40,7 @@ class StrokeTool(Tool):
         point = event.x, event.y
         try:
             if event.kind is PointerKind.PRESS and self.begin(event, host):
-                self._swept, self._points = Swept(host.document.frame.shape), [point]
+                self._swept, self._points = np.zeros(host.document.frame.shape, bool), [point]
                 self._sweep(self._swept, point, host)
             elif event.kind is PointerKind.MOVE and self._swept is not None:
                 self._sweep(self._swept, point, host)
@@ -81,7 +64,7 @@ class StrokeTool(Tool):
         """Take the pixels that the brush has just passed; return those that count."""
         return stroke
 
-    def apply(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Mask, host: Host) -> None:
         """Apply a whole stroke."""
         raise NotImplementedError
 
@@ -91,12 +74,12 @@ class StrokeTool(Tool):
         area = self._trail(host.options.brush_radius) if shows_trail else None
         host.show_preview(None if event.kind is PointerKind.LEAVE else brush_preview(event, host, area))
 
-    def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
+    def _sweep(self, swept: Mask, point: Point, host: Host) -> None:
         stroke = brush_stroke(host.document.frame.shape, [self._points[-1], point], host.options.brush_radius)
         self._points.append(point)
         covered = None if stroke is None else self.cover(stroke, host)
         if covered is not None:
-            swept.add(covered)
+            swept[covered.box] |= covered.mask
 
     def _trail(self, radius: float) -> QPainterPath:
         stroker = QPainterPathStroker()
@@ -108,6 +91,12 @@ class StrokeTool(Tool):
         trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, (x + 1e-3, y)]))
         trail.setFillRule(Qt.FillRule.WindingFill)
         return trail
+
+
+def stroke_of(swept: Mask) -> Stroke | None:
+    """Return covered pixels as one stroke; None if there are none."""
+    box = bounds(swept)
+    return None if box is None else Stroke(box, swept[box].copy())
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:
@@ -168,16 +157,16 @@ class PaintTool(StrokeTool):
         host.document.stroke(change(host.document.labels, stroke, self._label, host.document.locked))
         return stroke
 
-    def apply(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Mask, host: Host) -> None:
         """Make the stroke one undo step; erased pixels go to the neighbours that fit best."""
         document = host.document
         patch = document.drop_stroke()
-        if self._erasing and not host.options.to_no_block and swept.stroke is not None:
+        if self._erasing and not host.options.to_no_block and (stroke := stroke_of(swept)) is not None:
             # the best neighbour can only be found for all pixels together
-            patch = erase(document.labels, swept.stroke, self._label, document.locked, frame=document.frame)
+            patch = erase(document.labels, stroke, self._label, document.locked, frame=document.frame)
         text = f"{'Erase from' if self._erasing else 'Paint'} {document.info(self._label).name}"
         if not host.commit(patch, text, self._label) and not self._erasing:
-            check_unlocked(document, np.unique(document.labels[swept.mask]).tolist())
+            check_unlocked(document, np.unique(document.labels[swept]).tolist())
 
 
 class EraseTool(PaintTool):
@@ -208,11 +197,11 @@ class MarkInvalidTool(StrokeTool):
         self._marks_valid = event.opposite
         return True
 
-    def apply(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Mask, host: Host) -> None:
         """Mark the measured depth under the stroke."""
-        frame, mask = host.document.frame, swept.mask
+        frame = host.document.frame
         before = np.zeros(frame.shape, bool) if frame.invalid_mask is None else frame.invalid_mask
-        measured = mask & np.isfinite(frame.measured)
+        measured = swept & np.isfinite(frame.measured)
         after = before & ~measured if self._marks_valid else before | measured
         text = "Mark depth valid" if self._marks_valid else "Mark depth invalid"
         if np.array_equal(after, before):

@@ -19,10 +19,9 @@ from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, check_unlocked
-from .brush import StrokeTool, Swept, brush_preview
+from .brush import Mask, StrokeTool, brush_preview
 
 Depth = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 _NO_DEPTH = "No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."
 _NOT_MISSING = (
@@ -93,19 +92,19 @@ class DepthByHandTool(StrokeTool):
             raise InputError(_NO_DEPTH)
         return True
 
-    def apply(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Mask, host: Host) -> None:
         """Limit the proposal to the stroke, or paint, or erase."""
-        document, mask = host.document, swept.mask
+        document = host.document
         if self._surface is not None:
-            kept = mask if self._kept is None else self._kept | mask
+            kept = swept if self._kept is None else self._kept | swept
             if not np.isfinite(self._surface.depth[kept]).any():
                 raise InputError("The proposed surface has no depth under this stroke.")
             self._kept = kept
             self._show(host)
         elif self._erases:
-            _remove(document, mask & _selected(document))
+            _remove(document, swept & _selected(document))
         else:
-            missing = mask & document.frame.missing
+            missing = swept & document.frame.missing
             if not missing.any():
                 raise InputError(_NOT_MISSING)
             wanted = missing & _selected(document) & (document.labels > 0)

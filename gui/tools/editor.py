@@ -148,7 +148,8 @@ class Editor(QObject):
 
     def _look_ahead(self) -> None:
         """Start computing the aid before it is needed."""
-        if self._workspace.has_current and self.tool.guided:
+        by_edges = self.options.similar_only or "similar_only" not in self.tool.options
+        if self._workspace.has_current and self.tool.guided and by_edges:
             _ = self.edge_data
 
     # options
@@ -173,6 +174,7 @@ class Editor(QObject):
         self._take_options()
 
     def _take_options(self) -> None:
+        self._look_ahead()
         self.options_changed.emit()
         self._hover_again()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Generic, TypeVar
 
 from ilf.data.label_map import Box
@@ -11,7 +11,7 @@ from ilf.evaluation.measuring import Line, point_in_space
 
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, Tool, line_path
 from .line import REACH, clamped, nearest, straightened, touches
 
@@ -41,24 +41,37 @@ class MeasureTool(Tool):
         """Whether a measurement is unfinished."""
         return self._start is not None or self._press is not None
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Measure by two clicks, move an end by a drag, preview the line to the second point."""
-        at = clamped((event.x, event.y), host.document.frame.shape)
-        preview = None
-        if self._start is not None and event.kind is PointerKind.HOVER:
-            preview = Preview(line_path([self._start, at]), dashed=True)
-        host.show_preview(preview)
-        if event.kind is PointerKind.PRESS:
-            self._press, self._before = Press(event), host.document.state.looked.measurements
-            self._held = _held(self._before, event) if self._start is None else None
-        elif event.kind is PointerKind.MOVE and self._press is not None:
-            if self._press.follow(event) and self._held is not None:
-                host.document.set_measurements(_with_end(self._before, self._held, at))
-        elif event.kind is PointerKind.RELEASE and self._press is not None:
-            press, self._press = self._press, None
-            if self._held is None or not press.drags:
-                self._click(at, host)
-        return event.kind is not PointerKind.DOUBLE  # the second of two quick clicks is a normal press
+    def _begin(self, event: PointerEvent, host: Host) -> bool:
+        host.show_preview(None)
+        self._before = host.document.state.looked.measurements
+        found = None if self._start is not None else nearest([end for line in self._before for end in line], event)
+        self._held = None if found is None else divmod(found, 2)
+        return True
+
+    def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
+        """Move an end."""
+        drags = press.follow(event)
+        if drags and self._held is not None:
+            number, end = self._held
+            ends, moved = list(self._before[number]), list(self._before)
+            ends[end] = clamped((event.x, event.y), host.document.frame.shape)
+            moved[number] = (ends[0], ends[1])
+            host.document.set_measurements(moved)
+        return drags
+
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Measure by two clicks."""
+        if self._held is None or not press.drags:
+            self._click(clamped((event.x, event.y), host.document.frame.shape), host)
+
+    def _hover(self, event: PointerEvent, host: Host) -> None:
+        """Preview the line to the second point."""
+        if self._start is not None:
+            at = clamped((event.x, event.y), host.document.frame.shape)
+            host.show_preview(Preview(line_path([self._start, at]), dashed=True))
+
+    def _leave(self, host: Host) -> None:
+        host.show_preview(None)
 
     def cancel(self, host: Host) -> None:
         """Restore a dragged end, or drop the first point."""
@@ -82,19 +95,6 @@ class MeasureTool(Tool):
         else:
             host.document.set_measurements([*host.document.state.looked.measurements, (self._start, at)])
             self._start = None
-
-
-def _held(lines: Sequence[Line], event: PointerEvent) -> tuple[int, int] | None:
-    """Return the indices of measurement and end under a press; None for none."""
-    found = nearest([point for line in lines for point in line], event)
-    return None if found is None else divmod(found, 2)
-
-
-def _with_end(lines: Sequence[Line], end: tuple[int, int], at: Point) -> list[Line]:
-    number, which = end
-    moved = [*lines]
-    moved[number] = (at, lines[number][1]) if which == 0 else (lines[number][0], at)
-    return moved
 
 
 # Base of tools whose drag draws a shape over the image or changes the existing one.

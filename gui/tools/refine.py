@@ -7,14 +7,13 @@ from functools import partial
 
 import numpy as np
 
-from ilf.segmentation.editing.painting import Stroke
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.pixel_items import boundary_path
 from .base import Host, Point, edges_of, locked_text
-from .brush import StrokeTool, Swept, brush_preview
+from .brush import Mask, StrokeTool, brush_preview, stroke_of
 from .line import LinePreview, preview_of_patch
 
 
@@ -54,18 +53,18 @@ class RefineTool(StrokeTool):
         self._effect = self._decide = None
         super().cancel(host)
 
-    def _sweep(self, swept: Swept, point: Point, host: Host) -> None:
+    def _sweep(self, swept: Mask, point: Point, host: Host) -> None:
         super()._sweep(swept, point, host)
         find = self._find(swept, host)
         if find is not None:
             host.run_in_background(find, partial(self._take_effect, swept, host))
 
-    def _take_effect(self, swept: Swept, host: Host, patch: LabelPatch | None) -> None:
+    def _take_effect(self, swept: Mask, host: Host, patch: LabelPatch | None) -> None:
         if swept is self._swept and self._at is not None:
             self._effect = preview_of_patch(host.document, patch)
             self.show_brush(self._at, host)
 
-    def apply(self, swept: Swept, host: Host) -> None:
+    def apply(self, swept: Mask, host: Host) -> None:
         """Decide the stroke in the background; meanwhile it is shown."""
         find = self._find(swept, host)
         if find is None:
@@ -75,24 +74,23 @@ class RefineTool(StrokeTool):
         self._decide = lambda: self._commit(swept, host, find())
         host.run_in_background(find, partial(self._commit, swept, host))
 
-    def _commit(self, swept: Swept, host: Host, patch: LabelPatch | None) -> None:
+    def _commit(self, swept: Mask, host: Host, patch: LabelPatch | None) -> None:
         if swept is not self._swept:
             return
         self.cancel(host)
         if host.commit(patch, "Refine edge"):
             return
-        inside = np.unique(host.document.labels[swept.mask]).tolist()
+        inside = np.unique(host.document.labels[swept]).tolist()
         text = "There is no border under the brush: paint along a border between two blocks."
         if len(inside) > 1:
             text = "The border stays: no better one was found under the brush."
         host.show_message(locked_text(host.document, inside) or text)
 
-    def _find(self, swept: Swept, host: Host) -> Callable[[], LabelPatch | None] | None:
+    def _find(self, swept: Mask, host: Host) -> Callable[[], LabelPatch | None] | None:
         """Return a function that divides the band; None if it is outside the frame."""
-        edge_data, band, document = host.edge_data, swept.stroke, host.document
+        edge_data, band, document = host.edge_data, stroke_of(swept), host.document
         if edge_data is None or band is None:
             return None
-        band = Stroke(band.box, band.mask.copy())
         return partial(
             refine_borders, edge_data.frame, edge_data.evidence, document.labels.copy(), band, document.locked
         )
@@ -104,5 +102,5 @@ class RefineTool(StrokeTool):
             return
         line = brush_preview(event, host).line
         if self._swept is not None:
-            line.addPath(boundary_path(self._swept.mask))
+            line.addPath(boundary_path(self._swept))
         host.show_preview(Preview(line, line_preview=None if self._effect is None else self._effect.path))

@@ -10,15 +10,12 @@ from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..base.theme import Colours
 from ..widgets.basics import lay_out
-from .contents import DIFFERENCE, FLICKERS, RUNS, SIDES, capital, difference_of, short_title
 from .image_view import ImageView
 from .layer_picture import LayerPicture
 from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
-from .pixel_items import PixelItem
 from .screen_layers import STYLES
-from .spectrum_picture import SpectrumPicture
 from .title_strip import TitleStrip
-from .view_data import ViewData
+from .view_data import DIFFERENCE, FLICKERS, RUNS, SIDES, ViewData, capital, difference_of, short_title
 
 EventHandler = Callable[[ImageView, QEvent], bool]
 
@@ -48,9 +45,6 @@ class Cell(QWidget):
         self._stripe_legend: Legend = []
         self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self.fills = self.view.add_picture(PixelItem(1))
-        """Fills of the blocks."""
-        self._spectrum: SpectrumPicture | None = None
         self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
@@ -87,16 +81,15 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        if self._spectrum is not None:
-            self._spectrum.setVisible(concrete == "spectrum")
         content = content_of(concrete)
         self.picture.draw(Layer())
         self.set_legend([])
         self.strip.set_text("")
         self.strip.set_title(title_of(concrete, self._data))
         self.bar.set_unit(content.unit)
+        self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
-        self.fills.setVisible(concrete == "colour")
+        self.view.fills.set_visible(concrete == "colour")
         self.show_stripes()
         self.draw_again()
 
@@ -108,6 +101,7 @@ class Cell(QWidget):
     def show_stripes(self) -> None:
         """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
         self.view.striped = striped(self._data, self.concrete)
+        self.view.viewport().update()
         styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
@@ -130,7 +124,7 @@ class Cell(QWidget):
 
     def set_colours(self, colours: Colours, hatch: QBrush) -> None:
         """Apply the theme's colours; `draw_again` draws the picture with them."""
-        self.view.set_colours(colours, hatch)
+        self.view.set_hatch(hatch)
         self._look = Look(colours, hatch)
 
     def draw_again(self) -> None:
@@ -147,10 +141,6 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.picture.draw(layer)
-        if self.concrete == "spectrum":
-            if self._spectrum is None:
-                self._spectrum = SpectrumPicture(self.view)
-            self._spectrum.show_spectrum(data.spectrum)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

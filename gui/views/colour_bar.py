@@ -8,11 +8,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRect, QSize, Qt, Signal
-from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from ..base import theme
-from ..widgets.basics import Themed
 
 _BAR = 4
 """Height of the gradient, below the labels of its ticks [px]."""
@@ -27,7 +26,7 @@ _NO_LEVELS = -1000.0, 1000.0
 """The values whose labels set the width of a bar without values."""
 
 
-class ColourBar(Themed, QWidget):
+class ColourBar(QWidget):
     """Gradient of a lookup table with labelled ticks above it, and the unit at the right; hidden without values.
 
     Ticks are at round numbers; where fewer than three of them have room, at both ends and in the middle.
@@ -49,21 +48,19 @@ class ColourBar(Themed, QWidget):
         self._gradient = QImage()
         self.value: float | None = None
         """The marked value."""
-        self._drawn: QPixmap | None = None
-        """The bar without the marked value."""
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
 
     def set_unit(self, unit: str) -> None:
         """Set the unit of the values."""
         self._unit = unit
-        self._redraw()
+        self.update()
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""
         row = np.ascontiguousarray(table[1:])
         self._gradient = QImage(row.data, len(row), 1, QImage.Format.Format_RGBA8888).copy()
-        self._redraw()
+        self.update()
 
     def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
         """Set the values at the left and right end, in the bar's unit; None hides the bar.
@@ -72,7 +69,7 @@ class ColourBar(Themed, QWidget):
         """
         if (levels, logarithmic) != (self.levels, self._logarithmic):
             self.levels, self._logarithmic = levels, logarithmic
-            self._redraw()
+            self.update()
             self.resized.emit()
 
     def set_value(self, value: float | None) -> None:
@@ -141,29 +138,7 @@ class ColourBar(Themed, QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         if self.levels is None:
             return
-        colours = theme.colours(self.palette())
-        size, ratio = self.size(), self.devicePixelRatioF()
-        if self._drawn is None or self._drawn.size() != size * ratio:
-            self._drawn = QPixmap(size * ratio)
-            self._drawn.setDevicePixelRatio(ratio)
-            self._drawn.fill(Qt.GlobalColor.transparent)
-            self._paint_scale(QPainter(self._drawn), colours)
-        painter = QPainter(self)
-        painter.drawPixmap(0, 0, self._drawn)
-        if self.value is not None:
-            self._paint_value(painter, colours, self.value)
-
-    def _redraw(self) -> None:
-        """Redraw the scale."""
-        self._drawn = None
-        self.update()
-
-    def _take_theme(self) -> None:
-        self._redraw()
-
-    def _paint_scale(self, painter: QPainter, colours: theme.Colours) -> None:
-        painter.setFont(self.font())
-        bar = self._bar()
+        painter, colours, bar = QPainter(self), theme.colours(self.palette()), self._bar()
         painter.drawImage(bar, self._gradient)
         for text, share in self.ticks:
             x = self._at(share)
@@ -173,6 +148,9 @@ class ColourBar(Themed, QWidget):
             self._write(painter, self._label(text, share), text)
         painter.setPen(colours.muted)
         self._write(painter, QRect(bar.right() + 1, 0, self._unit_width(), bar.top() - _TICK), f" {self._unit}")
+        if self.value is not None:
+            painter.setPen(colours.text)
+            painter.drawRect(self._at(self._share(self.value)) - 2, bar.top() - 1, 4, _BAR)
 
     def _write(self, painter: QPainter, place: QRect, text: str) -> None:
         """Write digits at the bottom of a place, which has no room for descenders."""
@@ -184,20 +162,6 @@ class ColourBar(Themed, QWidget):
         if self._logarithmic:
             value, low, high = math.log(max(value, low)), math.log(low), math.log(high)
         return min(max((value - low) / (high - low), 0.0), 1.0)
-
-    def _paint_value(self, painter: QPainter, colours: theme.Colours, value: float) -> None:
-        share, text, bar = self._share(value), self._text(value), self._bar()
-        place = self._label(text, share)
-        taken, ticks = place.adjusted(-_GAP // 2, 0, _GAP // 2, 0), [self._label(*tick) for tick in self.ticks]
-        covered = [label for label in ticks if label.intersects(taken)]
-        if not covered or len(ticks) > _LEAST:  # the few ticks of a small bar stay: the status line has the value, too
-            for label in covered:  # half a number would be read as another one
-                taken = taken.united(label)
-            painter.fillRect(taken, colours.panel)
-            painter.setPen(colours.accent)
-            self._write(painter, place, text)
-        painter.setPen(colours.text)
-        painter.drawRect(self._at(share) - 2, bar.top() - 1, 4, _BAR)
 
 
 def linear_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]]:

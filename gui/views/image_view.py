@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QResizeEvent, QTransform
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
+from PySide6.QtWidgets import QAbstractScrollArea
 
 from ilf.data.label_map import Box
 from ilf.drawing.blocks import InnerPoint
 
 from ..base import theme
-from .interaction import PreviewItem
-from .pixel_items import PixelItem, Pixels, PointsItem
-from .scene_items import HaloPath, Hatch, ViewItem
-from .screen_items import Sampling, ScreenItem
+from .drawings import Drawing, HaloPath, Names, PreviewDrawing
+from .pixel_items import PixelItem, Pixels, PointsItem, ScreenItem
 
 # The transform of the linked views: one centre and one scale for all of them. No Qt.
 
@@ -112,61 +109,13 @@ class ViewTransform:
         self.fitted = False
 
 
-# Names of blocks, each at a point well inside its block.
-
-_MIN_NAME_RADIUS = 5.0
-"""Minimum radius of the inscribed circle on the screen [px] for a block to show its name."""
-_PAD = 3.0
-
-
-class NamesItem(ViewItem):
-    """Block names in a fixed size on the screen, on dark plates so that they are readable on any picture."""
-
-    def __init__(self, z: float) -> None:
-        super().__init__(z)
-        self._texts: list[tuple[str, InnerPoint]] = []
-        self._font = QFont()
-        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
-
-    @property
-    def texts(self) -> list[str]:
-        """All names, including those without room."""
-        return [text for text, _ in self._texts]
-
-    def set_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint], frame: QRectF) -> None:
-        """Write names by label at the inner points of their blocks, within the frame."""
-        self._texts = [(names[label], point) for label, point in points.items() if label in names]
-        metrics = QFontMetricsF(self._font)
-        widest = max((metrics.horizontalAdvance(text) for text in self.texts), default=0.0)
-        self.set_extent(frame if self._texts else None, widest / 2 + _PAD + metrics.height())
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        transform = painter.worldTransform()
-        scale, metrics = transform.m11(), QFontMetricsF(self._font)
-        painter.save()
-        painter.resetTransform()
-        painter.setFont(self._font)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for text, (x, y, radius) in self._texts:
-            if radius * scale < _MIN_NAME_RADIUS:
-                continue
-            plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
-            plate.moveCenter(transform.map(QPointF(x, y)))
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(0, 0, 0, 150))
-            painter.drawRoundedRect(plate, 3, 3)
-            painter.setPen(QColor("white"))
-            painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
-        painter.restore()
-
-
 FOCUS_WIDTH = 2
 _CROSS_GAP = 9
 _MIN_SHARE_FOR_NAMES = 0.5
 
 
-class ImageView(pg.GraphicsView):
-    """Scene with one image, its layers, lines and stripes over them, a tool's preview and the crosshair.
+class ImageView(QAbstractScrollArea):
+    """A picture in image coordinates, lines and stripes over it, a tool's preview and the crosshair.
 
     Parameters
     ----------
@@ -175,6 +124,8 @@ class ImageView(pg.GraphicsView):
     """
 
     resized = Signal()
+    is_of_frame = True
+    """Whether the picture has the frame's pixels; any other one is alone in the view, and has no pan and zoom."""
 
     _EVENTS = frozenset(
         {
@@ -191,109 +142,88 @@ class ImageView(pg.GraphicsView):
 
     def __init__(self, on_event: Callable[[ImageView, QEvent], bool]) -> None:
         self._on_event = on_event
-        super().__init__(useOpenGL=False)
-        self.setCentralItem(None)
+        super().__init__()
+        self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.viewport().setMouseTracking(True)
         self.share = 1.0
         """Ratio of this view's scale to the transform's, for a view of another size."""
-        self._frame = QRectF()
+        self.frame = QRectF()
+        """Rectangle of the frame, in image coordinates."""
+        self.transform = QTransform()
+        """From image coordinates to the viewport."""
         self._message = ""
-        self._pixel_size = 1.0
-        self.image = self.add_picture(PixelItem(0))
-        self.hatch = Hatch(-1)
-        self.addItem(self.hatch)
-        self.points = PointsItem(3)
-        self.stripes = ScreenItem(4)
-        self.lines = ScreenItem(5)
-        self.names = NamesItem(5.5)
+        self._hatch: QBrush | None = None
+        self._is_hatched = False
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
         self.striped: Mapping[str, NDArray[np.bool_]] = {}
         """What is striped over this picture -> its pixels, bool (H, W)."""
-        self.sampling: Sampling | None = None
-        """Mapping of the frame to device pixels; None until known."""
-        self.preview = PreviewItem(6)
-        # two items, so that a moving cursor repaints two thin strips instead of the view
+        self._drawings: list[Drawing] = []
+        self.image, self.fills = PixelItem(0), PixelItem(1)
+        self.points = PointsItem(3)
+        self.stripes, self.lines = ScreenItem(4), ScreenItem(5)
+        self.names = Names(5.5)
+        self.preview = PreviewDrawing(6)
+        # two, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
         self._cursor: tuple[int, int] | None = None
-        self._overlays: list[ViewItem] = []
-        self._overlay_parent = QGraphicsRectItem()
-        self._overlay_parent.setFlag(QGraphicsItem.GraphicsItemFlag.ItemHasNoContents)
-        self._overlay_parent.setZValue(4)
-        self.addItem(self._overlay_parent)
-        for item in (self.points, self.stripes, self.lines, self.names, self.preview, *self._cross):
-            self.add_overlay(item)
+        below = self.image, self.fills, self.points, self.stripes, self.lines
+        for drawing in (*below, self.names, self.preview, *self._cross):
+            self.add(drawing)
 
-    def add_picture(self, item: PixelItem) -> PixelItem:
-        """Add a picture: the view's own is at height 0, overlays are at 4 and above."""
-        self.addItem(item)
-        return item
+    def add(self, drawing: Drawing) -> None:
+        """Add a drawing over the picture, which is there while there is a picture."""
+        drawing.repaint = lambda extent, margin: self.viewport().update(self._place_of(extent, margin))
+        self._drawings.append(drawing)
+        self._drawings.sort(key=lambda one: one.z)
 
-    def add_overlay(self, item: ViewItem) -> None:
-        """Add an item over the picture, visible while there is a picture."""
-        item.set_pixel_size(self._pixel_size)
-        item.setParentItem(self._overlay_parent)
-        self._overlays.append(item)
+    def _place_of(self, extent: QRectF, margin: float) -> QRect:
+        """Pixels of the viewport that an extent covers, and a margin around it [screen px]."""
+        reach = margin + 1  # for smooth lines
+        return self.transform.mapRect(extent).adjusted(-reach, -reach, reach, reach).toAlignedRect()
 
     def set_frame_size(self, width: int, height: int) -> None:
         """Set the frame's size in image pixels."""
-        self._frame = QRectF(0, 0, width, height)
-        self.hatch.set_extent(self._frame)
+        self.frame = QRectF(0, 0, width, height)
+        for item in (self.stripes, self.lines):
+            item.set_extent(self.frame)
 
     def set_picture(self, pixels: Pixels | None, is_hatched: bool = False) -> None:
         """Show colours, uint32 (H, W), over stripes where they are transparent if `is_hatched`; None shows the
         message."""
-        self.hatch.setVisible(is_hatched)
+        self._is_hatched = is_hatched
         self.image.set_pixels(pixels)
-        self._show_layers()
         self.viewport().update()
-
-    def _show_layers(self) -> None:
-        """Show overlays only with a picture, and names only in large views."""
-        self._overlay_parent.setVisible(self.image.pixels is not None)
-        self.names.setVisible(self.share > _MIN_SHARE_FOR_NAMES)
 
     def set_message(self, text: str) -> None:
         """Set the text in the middle of the view while it has no picture."""
         self._message = text
         self.viewport().update()
 
-    def set_colours(self, colours: theme.Colours, hatch: QBrush) -> None:
-        """Apply the theme's colours."""
-        self.setBackground(colours.background)
-        self.hatch.set_brush(hatch)
+    def set_hatch(self, hatch: QBrush) -> None:
+        """Set the stripes where a picture is transparent."""
+        self._hatch = hatch
         self.viewport().update()
 
     def visible_box(self) -> Box:
         """Return the box (rows, columns) of the image that is visible."""
-        seen = self.viewportTransform().inverted()[0].mapRect(QRectF(self.viewport().rect()))
-        shown = (seen & QRectF(0, 0, self._frame.width(), self._frame.height())).toAlignedRect()
+        seen = self.transform.inverted()[0].mapRect(QRectF(self.viewport().rect()))
+        shown = (seen & self.frame).toAlignedRect()
         return slice(shown.top(), shown.bottom() + 1), slice(shown.left(), shown.right() + 1)
 
     def show_transform(self, transform: ViewTransform) -> None:
         """Apply the transform."""
         scale, size, ratio = transform.scale * self.share, self.viewport().size(), self.devicePixelRatioF()
-        width, height = round(self._frame.width()), round(self._frame.height())
         # whole device pixels: at 1:1 every image pixel then covers exactly one
         dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
         dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
-        drawn = QTransform(scale, 0, 0, scale, dx, dy)
-        self.sampling = Sampling(
-            scale * ratio,
-            round(dx * ratio),
-            round(dy * ratio),
-            (round(size.width() * ratio), round(size.height() * ratio)),
-            (width, height),
-        )
-        self.setTransform(drawn)
-        self._show_layers()
-        # the visible part as scene rectangle leaves nothing to scroll
-        self.setSceneRect(drawn.inverted()[0].mapRect(QRectF(QRect(0, 0, size.width(), size.height()))))
-        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * ratio < 1)
-        self._pixel_size = 1 / scale
-        for item in self._overlays:
-            item.set_pixel_size(self._pixel_size)
+        self.transform = QTransform(scale, 0, 0, scale, dx, dy)
+        self.names.visible = self.share > _MIN_SHARE_FOR_NAMES
         self.show_cursor(self._cursor)
+        self.viewport().update()
 
     @property
     def pixel_ratio(self) -> int:
@@ -302,7 +232,7 @@ class ImageView(pg.GraphicsView):
 
     def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
         """Write names by label at inner points of their blocks."""
-        self.names.set_names(names, points, self._frame)
+        self.names.set_names(names, points, self.frame)
 
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.
@@ -310,7 +240,7 @@ class ImageView(pg.GraphicsView):
         The middle is what painting samples: its corner may still lie in the image pixel before.
         """
         half = 0.5 / self.devicePixelRatioF()
-        return self.viewportTransform().inverted()[0].map(position + QPointF(half, half))
+        return self.transform.inverted()[0].map(position + QPointF(half, half))
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
@@ -318,7 +248,7 @@ class ImageView(pg.GraphicsView):
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5
-            scale, frame = self.transform().m11(), self._frame
+            scale, frame = self.transform.m11(), self.frame
             gap = max(_CROSS_GAP / scale, 0.5 + 3 / scale)
             across = QLineF(frame.left(), y, x - gap, y), QLineF(x + gap, y, frame.right(), y)
             down = QLineF(x, frame.top(), x, y - gap), QLineF(x, y + gap, x, frame.bottom())
@@ -330,29 +260,48 @@ class ImageView(pg.GraphicsView):
         for item, path in zip(self._cross, paths, strict=True):
             item.set_path(path)
 
-    def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        """Draw the message, and a frame in the accent colour while the view has the keyboard focus."""
-        room, colours = self.viewport().rect(), theme.colours(self.palette())
-        painter.save()
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint what is in the region; without a picture, the message; a frame in the accent colour with the focus."""
+        painter, room, colours = QPainter(self.viewport()), self.viewport().rect(), theme.colours(self.palette())
+        region, to_screen = event.region(), self.transform if self.is_of_frame else self._fitting()
+        scale = to_screen.m11()
+        painter.setTransform(to_screen)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * self.devicePixelRatioF() < 1)
+        if self._is_hatched and self._hatch is not None:
+            hatch = QBrush(self._hatch)
+            hatch.setTransform(self.transform.inverted()[0])  # in screen scale, but moving with the picture
+            painter.fillRect(self.frame, hatch)
+        for drawing in self._drawings if self.image.pixels is not None else ():
+            extent = drawing.extent
+            is_there = drawing.visible and (self.is_of_frame or drawing is self.image)
+            if is_there and extent is not None and region.intersects(self._place_of(extent, drawing.margin)):
+                painter.save()
+                drawing.paint(painter, 1 / scale)
+                painter.restore()
         painter.resetTransform()
         painter.setPen(colours.muted)
         if self.image.pixels is None:
             painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self._message)
         if self.hasFocus():
             painter.setPen(colours.accent)
-            painter.setBrush(Qt.BrushStyle.NoBrush)
             for inset in range(FOCUS_WIDTH):
                 painter.drawRect(room.adjusted(inset, inset, -inset - 1, -inset - 1))
-        painter.restore()
+
+    def _fitting(self) -> QTransform:
+        """From the pixels of a picture that is not of the frame to the viewport."""
+        room, picture = QRectF(self.viewport().rect()), self.image.extent or QRectF(0, 0, 1, 1)
+        scale = min(room.width() / picture.width(), room.height() / picture.height())
+        corner = room.center() - picture.center() * scale
+        return QTransform(scale, 0, 0, scale, corner.x(), corner.y())
 
     def sizeHint(self) -> QSize:
         return QSize(320, 240)
 
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         self.resized.emit()
 
     def viewportEvent(self, event: QEvent) -> bool:
-        if event.type() in self._EVENTS and self._on_event(self, event):
+        if self.is_of_frame and event.type() in self._EVENTS and self._on_event(self, event):
             event.accept()
             return True
         return super().viewportEvent(event)
@@ -366,7 +315,7 @@ class ImageView(pg.GraphicsView):
         return super().event(event)
 
     def keyPressEvent(self, event: QEvent) -> None:
-        # no item in the scene uses keys: leave them to the window
+        # leave keys to the window
         event.ignore()
 
     def keyReleaseEvent(self, event: QEvent) -> None:

@@ -1,20 +1,13 @@
-"""Pointer events for tools, in image coordinates, the same in every view; and the preview of a tool."""
+"""Pointer events for tools, in image coordinates, the same in every view; and what a tool shows."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from itertools import pairwise
-from statistics import median
 
-import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
-
-from .scene_items import ViewItem
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QPainterPath
 
 ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (-1, 0),
@@ -78,17 +71,9 @@ PointerHandler = Callable[[PointerEvent], "bool | None"]
 it. True for WHEEL: handled, do not zoom."""
 
 
-# The preview of a tool, drawn over the views.
-
-_LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
-_WIDTH = 2.0
-_HANDLE = 2.0, 4.0
-"""Half the side of a handle [screen px], minimum and maximum."""
-
-
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """Lines, corners and an area, in image coordinates.
+    """What a tool shows over the views: lines, corners and an area, in image coordinates.
 
     Attributes
     ----------
@@ -109,63 +94,3 @@ class Preview:
     dashed: bool = False
     area: QPainterPath | None = None
     line_preview: QPainterPath | None = None
-
-
-class PreviewItem(ViewItem):
-    """Draws a preview; the widths of its lines are screen pixels at every zoom."""
-
-    def __init__(self, z: float) -> None:
-        super().__init__(z)
-        self.preview: Preview | None = None
-
-    def set_preview(self, preview: Preview | None) -> None:
-        """Draw another preview; None for nothing."""
-        self.preview = preview
-        if preview is None:
-            self.set_extent(None)
-            return
-        extent = preview.line.controlPointRect()
-        for path in (preview.area, preview.line_preview):
-            if path is not None:
-                extent = extent.united(path.controlPointRect())
-        for x, y in preview.corners:
-            extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
-        self.set_extent(extent, _WIDTH + _HANDLE[1] + 3)
-
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        preview = self.preview
-        if preview is None:
-            return
-        if preview.area is not None:
-            painter.fillPath(preview.area, _SHADE)
-            painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
-        # straight lines along the pixels' edges are clearer without; others are not
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if preview.line_preview is not None:
-            _draw(painter, preview.line_preview, dashed=True)
-        _draw(painter, preview.line, preview.dashed)
-        self._draw_corners(painter, preview)
-
-    def _draw_corners(self, painter: QPainter, preview: Preview) -> None:
-        half = self._half_handle(preview.corners) * self._pixel_size
-        painter.setPen(pg.mkPen(_HALO, width=1.5))
-        painter.setBrush(_LINE)
-        for x, y in preview.corners:
-            painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-
-    def _half_handle(self, corners: Sequence[tuple[float, float]]) -> float:
-        """Half the side of a handle [screen px]: smaller where most corners are close together, as in a small view."""
-        least, most = _HANDLE
-        if len(corners) < 2:
-            return most
-        apart = median(math.dist(one, other) for one, other in pairwise(corners)) / self._pixel_size
-        return min(max(apart / 5, least), most)
-
-
-def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
-    for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
-        pen = pg.mkPen(colour, width=width, dash=[4, 3] if dashed and colour is _LINE else None)
-        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-        painter.setPen(pen)
-        painter.drawPath(path)

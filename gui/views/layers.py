@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QBrush, QColor
@@ -15,7 +16,7 @@ from ilf.drawing.colours import robust_difference_level, robust_error_levels, sa
 
 from ..base.theme import Colours, blend
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
-from .contents import (
+from .view_data import (
     BEFORE_IN,
     BEFORE_OUT,
     COMPARABLE,
@@ -26,11 +27,15 @@ from .contents import (
     INTERPOLATED,
     RUNS,
     SIDES,
+    Depth,
+    Mask,
+    ShownDepth,
+    Spectrum,
+    ViewData,
     capital,
     operands_of,
     short_title,
 )
-from .view_data import Depth, Mask, ShownDepth, ViewData
 
 Legend = list[tuple[QBrush, str]]
 
@@ -262,7 +267,7 @@ def edges(data: ViewData, name: str, look: Look) -> Layer:
     return Layer(message="" if data.frame is None else "Finding edges\N{HORIZONTAL ELLIPSIS}")
 
 
-# A stage of the extraction, and the spectrum of a block, which has a widget in the cell.
+# A stage of the extraction, and the spectrum of a block.
 
 
 def stage(data: ViewData, name: str, look: Look) -> Layer:
@@ -281,13 +286,31 @@ def _strength(indices: NDArray[np.uint8]) -> NDArray[np.float32]:
     return np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan))
 
 
-BAND = QColor(90, 230, 255)
+_BAND = 90, 230, 255
+_SPECTRUM_SIDE = 512
+"""Side of the picture of a spectrum, about."""
 
 
 def spectrum(data: ViewData, name: str, look: Look) -> Layer:
-    """What is said about the spectrum, which has no pixels of the frame."""
+    """The spectrum of the selected block, with the pass band of its filter; it has no pixels of the frame."""
     shown = data.spectrum
-    return Layer() if isinstance(shown, str) else Layer(text=shown.text, legend=[(QBrush(BAND), "pass band")])
+    if isinstance(shown, str):
+        return Layer(message=shown)
+    legend = [(QBrush(QColor(*_BAND)), "pass band")]
+    return Layer((shown.magnitude,), picture=lambda: _spectrum_picture(shown), text=shown.text, legend=legend)
+
+
+def _spectrum_picture(shown: Spectrum) -> NDArray[np.uint8]:
+    height, width = shown.magnitude.shape
+    scale = max(round(_SPECTRUM_SIDE / max(height, width)), 1)
+    colours = strength_table()[1 + np.round(254 * shown.magnitude).astype(np.uint8), :3]
+    picture = np.ascontiguousarray(colours.repeat(scale, axis=0).repeat(scale, axis=1))
+    # k = 0 is the sample in the middle, as from `fftshift`
+    centre = (width // 2 + 0.5) * scale, (height // 2 + 0.5) * scale
+    down, across = (2 * max(radius * scale, 3.0) for radius in shown.radii)
+    for colour, line in (((0, 0, 0), 4), (_BAND, 2)):
+        cv2.ellipse(picture, (centre, (across, down), 0.0), colour, line, cv2.LINE_AA)
+    return picture
 
 
 # Depth.

@@ -19,11 +19,11 @@ from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .colours import FULL
+from .drawings import missing_brush
 from .image_view import ImageView, ViewTransform
 from .interaction import Preview
 from .layouts import CELLS
 from .navigation import Navigation
-from .scene_items import missing_brush
 from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
@@ -77,12 +77,11 @@ class LinkedViews(Themed, QWidget):
         super().__init__()
         self._transform = ViewTransform()
         self.data = ViewData(workspace)
-        self.blocks = ShownBlocks(workspace, self.data)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
         self.cells = {name: Cell(content, self._handle, self.data) for name, (_, content) in CELLS.items()}
-        self._views = self.blocks.views = [cell.view for cell in self.cells.values()]
-        self.blocks.items = [cell.fills for cell in self.cells.values()]
+        self._views = [cell.view for cell in self.cells.values()]
+        self.blocks = ShownBlocks(workspace, self.data, self._views)
         self.navigation = Navigation(self._transform, self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
@@ -101,7 +100,7 @@ class LinkedViews(Themed, QWidget):
         lay_out(QVBoxLayout(self), self._pages)
 
         for name, cell in self.cells.items():
-            cell.view.resized.connect(self._follow_size)
+            cell.view.resized.connect(self._fit_views)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.navigation.cursorMoved.connect(self._move_cursor)
         self.navigation.transformChanged.connect(self._show_transform)
@@ -189,7 +188,6 @@ class LinkedViews(Themed, QWidget):
         self.data.shows_missing = on
         for cell in self.cells.values():
             cell.show_stripes()
-        self.blocks.layers.show(self._shown_views)
 
     @property
     def _shown_views(self) -> list[ImageView]:
@@ -205,7 +203,6 @@ class LinkedViews(Themed, QWidget):
                 cell.show_stripes()
             if not changed or not cell.uses.isdisjoint(changed):
                 cell.draw_again()
-        self.blocks.layers.show(self._shown_views)
         if self.sides.is_divided and (not changed or not {"runs", "result"}.isdisjoint(changed)):
             self.sides.show_divider()
             self.blocks.draw(Part.LABELS)
@@ -241,7 +238,6 @@ class LinkedViews(Themed, QWidget):
             raise ValueError(f"cell must be one of {', '.join(self.cells)}, not {cell!r}")
         if content != self.cells[cell].content:
             self.cells[cell].set_content(content)
-            self.blocks.layers.show(self._shown_views)
             self.sides.show_divider()
             self.shownChanged.emit()
             self.rangeChanged.emit()
@@ -329,11 +325,6 @@ class LinkedViews(Themed, QWidget):
         for cell in self.sheet.shown:
             cell.point_at(self.navigation.pixel)
 
-    def _follow_size(self) -> None:
-        """Fit the views after one has another size; while the cells are placed, only once at the end."""
-        if not self.sheet.is_placing:
-            self._fit_views()
-
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
         views = self._shown_views
@@ -346,7 +337,6 @@ class LinkedViews(Themed, QWidget):
     def _show_transform(self) -> None:
         for view in self._views:
             view.show_transform(self._transform)
-        self.blocks.layers.show(self._shown_views)
         self.navigation.follow(self._shown_views)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:

@@ -190,7 +190,7 @@ class Navigation(QObject):
                 shift=bool(modifiers & Qt.KeyboardModifier.ShiftModifier),
                 ctrl=bool(modifiers & Qt.KeyboardModifier.ControlModifier),
                 alt=bool(modifiers & Qt.KeyboardModifier.AltModifier),
-                pixel=1 / view.transform().m11(),
+                pixel=1 / view.transform.m11(),
                 steps=steps,
             )
         )

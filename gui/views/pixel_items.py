@@ -1,21 +1,21 @@
-"""Scene pictures whose pixels are changed in place: a change in a small box only costs that box."""
+"""Pictures whose pixels are changed in place: a change in a small box only costs that box."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import cv2
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPolygonF
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.label_map import Box
 from ilf.segmentation.editing.patches import bounds
 
-from .scene_items import ViewItem
+from .drawings import Drawing
 
 # Arrays to Qt images.
 
@@ -39,7 +39,7 @@ Pixels = NDArray[np.uint32]
 """Premultiplied colours, each at most as large as alpha."""
 
 
-class PixelItem(ViewItem):
+class PixelItem(Drawing):
     """Picture in image coordinates, one unit per pixel.
 
     Attributes
@@ -61,18 +61,48 @@ class PixelItem(ViewItem):
 
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
-        rows, columns = box
-        self.update(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start))
+        self.repaint(_rectangle(box), 0)
 
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+    def paint(self, painter: QPainter, pixel: float) -> None:
         # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
-        painter.drawImage(self.boundingRect(), self._drawn)
+        painter.drawImage(QRectF(self._drawn.rect()), self._drawn)
+
+
+Argb = NDArray[np.uint32]
+"""Device pixels as Qt's premultiplied ARGB: 0xAARRGGBB, each colour at most as large as alpha."""
+
+
+class ScreenItem(Drawing):
+    """Device pixels over the visible part of the frame.
+
+    Attributes
+    ----------
+    find : callable
+        Finds the pixels, as they are to be painted; None for none.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.find: Callable[[], Argb | None] = lambda: None
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        pixels, corner = self.find(), painter.worldTransform()
+        if pixels is not None:
+            drawn = image_over(pixels, QImage.Format.Format_ARGB32_Premultiplied)
+            drawn.setDevicePixelRatio(painter.device().devicePixelRatioF())
+            painter.resetTransform()
+            painter.drawImage(QPointF(max(corner.dx(), 0.0), max(corner.dy(), 0.0)), drawn)
+
+
+def _rectangle(box: Box) -> QRectF:
+    rows, columns = box
+    return QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start)
 
 
 _BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)
 
 
-class PointsItem(ViewItem):
+class PointsItem(Drawing):
     """Dots over the single pixels of a sparse picture, which would vanish in a view that is smaller than it."""
 
     SIZE = 4
@@ -107,8 +137,8 @@ class PointsItem(ViewItem):
         extent = QRectF(0, 0, indices.shape[1], indices.shape[0])
         self.set_extent(extent if self.dots else None, self.SIZE / 2 + self.RIM)
 
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        if self._pixel_size * self.SIZE <= 1:
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        if pixel * self.SIZE <= 1:
             return
         rims = [(_BRIGHT_RIM if colour.lightness() < 128 else _DARK_RIM, middles) for colour, middles in self.dots]
         for dots, size in ((rims, self.SIZE + 2 * self.RIM), (self.dots, self.SIZE)):

@@ -2,20 +2,117 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRect, QRectF, QSizeF
 
 from ilf.data.label_map import Box, whole
-from ilf.segmentation.editing.patches import bounds, grown
+from ilf.segmentation.editing.patches import grown
 
 from .image_view import ImageView
-from .screen_items import Argb, Rims, Sampling
+from .pixel_items import Argb
+
+# The mapping of image pixels to screen pixels, for lines and stripes with the same width at every zoom.
+
+Rims = tuple[tuple[bool, bool], tuple[bool, bool]]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Mapping of a frame to the device pixels of a view.
+
+    Parameters
+    ----------
+    scale : float
+        Device pixels per image pixel.
+    x, y : int
+        Device pixel of the frame's corner; may lie outside the view.
+    size : (int, int)
+        Width and height of the view in device pixels.
+    frame : (int, int)
+        Width and height of the frame.
+    """
+
+    scale: float
+    x: int
+    y: int
+    size: tuple[int, int]
+    frame: tuple[int, int]
+
+    @staticmethod
+    def of(view: ImageView) -> Sampling:
+        """The mapping of the frame to a view as it is now."""
+        transform, size, frame, ratio = view.transform, view.viewport().size(), view.frame, view.devicePixelRatioF()
+        corner = round(transform.dx() * ratio), round(transform.dy() * ratio)
+        room = round(size.width() * ratio), round(size.height() * ratio)
+        return Sampling(transform.m11() * ratio, *corner, room, (round(frame.width()), round(frame.height())))
+
+    @property
+    def left(self) -> int:
+        """First device pixel, from the left, that shows the frame."""
+        return max(self.x, 0)
+
+    @property
+    def top(self) -> int:
+        """First device pixel, from the top, that shows the frame."""
+        return max(self.y, 0)
+
+    @cached_property
+    def columns(self) -> NDArray[np.intp]:
+        """Image column of each device column that shows the frame."""
+        return self._pixels(self.x, self.size[0], self.frame[0])
+
+    @cached_property
+    def rows(self) -> NDArray[np.intp]:
+        """Image row of each device row that shows the frame."""
+        return self._pixels(self.y, self.size[1], self.frame[1])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of device pixels that show the frame."""
+        return len(self.rows), len(self.columns)
+
+    @property
+    def rims(self) -> Rims:
+        """Whether the frame's rim is visible: above and below, at the left and right."""
+        width, height = self.frame
+        if 0 in self.shape:
+            return (False, False), (False, False)
+        above, below = int(self.rows[0]) == 0, int(self.rows[-1]) == height - 1
+        return (above, below), (int(self.columns[0]) == 0, int(self.columns[-1]) == width - 1)
+
+    def sample(self, values: NDArray[Any], box: Box) -> NDArray[Any]:
+        """Values (H, W) of the image on a box of the device pixels that show the frame."""
+        rows, columns = self.rows[box[0]], self.columns[box[1]]
+        return np.take(np.take(values, rows, axis=0), columns, axis=1)
+
+    def box_of(self, box: Box) -> Box:
+        """Device pixels that show a box of the image; empty if it is not visible."""
+        rows, columns = (
+            slice(int(np.searchsorted(shown, span.start)), int(np.searchsorted(shown, span.stop)))
+            for shown, span in zip((self.rows, self.columns), box, strict=True)
+        )
+        return rows, columns
+
+    def on_screen(self, box: Box, ratio: float) -> QRect:
+        """Screen pixels of a box of the device pixels that show the frame."""
+        rows, columns = box
+        corner = QPointF(columns.start + self.left, rows.start + self.top) / ratio
+        size = QSizeF(columns.stop - columns.start, rows.stop - rows.start) / ratio
+        return QRectF(corner, size).toAlignedRect()
+
+    def _pixels(self, start: int, view: int, frame: int) -> NDArray[np.intp]:
+        first, last = max(start, 0), min(start + math.ceil(frame * self.scale), view)
+        pixels = np.floor((np.arange(first, max(last, first)) + 0.5 - start) / self.scale).astype(np.intp)
+        return pixels[pixels < frame]
+
 
 # Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.
 
@@ -62,12 +159,10 @@ class BlockLines:
         self.in_colours = in_colours
         self._looks = np.column_stack((colours, self._selected * (1 + self._has_tint), self._to_check))
 
-    def differing(self, other: BlockLines) -> NDArray[np.bool_]:
-        """Label -> whether it looks different, of those that both know."""
+    def looks_like(self, other: BlockLines) -> bool:
+        """Whether the blocks that both know look the same."""
         known = min(len(self._looks), len(other._looks))
-        differ = np.zeros(len(self._looks), bool)
-        differ[:known] = (self._looks[:known] != other._looks[:known]).any(axis=1)
-        return differ
+        return self.in_colours == other.in_colours and np.array_equal(self._looks[:known], other._looks[:known])
 
     def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
         """Draw the lines that depend on the labels inside a box.
@@ -188,100 +283,74 @@ def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style,
     return np.where(sampling.sample(mask, box), pattern, np.uint32(0)).astype(np.uint32)
 
 
-Masks = Mapping[str, NDArray[np.bool_]]
-
-
 @dataclass
 class _Lines:
-    """The lines at the device pixels that show the frame, and the labels there; drawn when they are looked at first,
-    for a view may be resized several times before it is painted."""
+    """The lines at the device pixels that show the frame, and the labels there."""
 
     pixels: Argb
+    labels: NDArray[np.int32]
     ratio: int
-    labels: NDArray[np.int32] | None = None
 
 
 class ScreenLayers:
-    """Lines and stripes of the visible views."""
+    """Lines and stripes of some views, drawn when a view is painted: it may be resized several times before."""
 
-    def __init__(self) -> None:
-        self._views: Sequence[ImageView] = ()
+    def __init__(self, views: Sequence[ImageView]) -> None:
+        self._views = views
         self._blocks = BlockLines(np.zeros((1, 4), np.uint8))
         self._labels: NDArray[np.int32] | None = None
         self._lines: dict[Sampling, _Lines] = {}
-        self._stripes: dict[Any, tuple[Masks, Argb | None]] = {}
+        self._stripes: dict[Any, tuple[Mapping[str, NDArray[np.bool_]], Argb | None]] = {}
         """Sampling, and names and identities of masks -> the masks, which are kept for their identities, and what is
         drawn."""
-
-    def show(self, views: Sequence[ImageView]) -> None:
-        """Draw for these views with their current sampling and stripes."""
-        self._views = views
-        wanted = {view.sampling for view in views}
-        self._lines = {sampling: lines for sampling, lines in self._lines.items() if sampling in wanted}
-        former, self._stripes = self._stripes, {}
         for view in views:
-            self._show_lines(view)
-            self._show_stripes(view, former)
+            view.lines.find = partial(self._lines_in, view)
+            view.stripes.find = partial(self._stripes_in, view)
 
     def show_blocks(self, labels: NDArray[np.int32] | None, blocks: BlockLines, boxes: Sequence[Box] = ()) -> None:
         """Draw the lines of a label map, int32 (H, W), which the caller changes in place; None for none. Of the map
-        drawn last, only boxes (rows, columns) that have changed and blocks with another look are drawn."""
+        drawn last, only boxes (rows, columns) that have changed are drawn, unless blocks look different."""
         former, self._blocks = self._blocks, blocks
-        if labels is None or labels is not self._labels or blocks.in_colours != former.in_colours:
+        if labels is None or labels is not self._labels or not blocks.looks_like(former):
             self._labels = labels
             self._lines.clear()
             for view in self._views:
-                self._show_lines(view)
+                view.viewport().update()
             return
-        differ = blocks.differing(former)
         for sampling, lines in self._lines.items():
-            if lines.labels is None:
-                continue
             parts = [sampling.box_of(box) for box in boxes]
             for part in parts:
                 lines.labels[part] = sampling.sample(labels, part)
-            if differ.any():
-                parts += filter(None, [bounds(differ[lines.labels])])
             for part in parts:
                 if all(span.start < span.stop for span in part):
-                    self._redraw(sampling, lines, lines.labels, part)
+                    drawn = blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
+                    for view in self._views:
+                        if Sampling.of(view) == sampling:
+                            view.viewport().update(sampling.on_screen(drawn, view.devicePixelRatioF()))
 
-    def _redraw(self, sampling: Sampling, lines: _Lines, labels: NDArray[np.int32], part: Box) -> None:
-        drawn = self._blocks.draw(labels, lines.pixels, part, sampling.rims, lines.ratio)
-        for view in self._views:
-            if view.sampling == sampling:
-                view.lines.notify_change(drawn)
-
-    def _show_lines(self, view: ImageView) -> None:
-        sampling = view.sampling
-        if not view.has_lines or self._labels is None or sampling is None or self._labels.shape != sampling.frame[::-1]:
-            view.lines.clear()
-            return
+    def _lines_in(self, view: ImageView) -> Argb | None:
+        sampling, labels = Sampling.of(view), self._labels
+        if not view.has_lines or labels is None or labels.shape != sampling.frame[::-1]:
+            return None
         if sampling not in self._lines:
-            self._lines[sampling] = _Lines(np.zeros(sampling.shape, np.uint32), view.pixel_ratio)
-        lines = self._lines[sampling]
-        if not view.lines.shows(lines.pixels):
-            prepare = partial(self._draw_first, sampling, lines)
-            view.lines.show_pixels(lines.pixels, sampling, view.devicePixelRatioF(), prepare)
+            self._lines = {key: self._lines[key] for key in self._lines.keys() & self._seen()}
+            everywhere = whole(sampling.shape)
+            lines = _Lines(np.zeros(sampling.shape, np.uint32), sampling.sample(labels, everywhere), view.pixel_ratio)
+            self._blocks.draw(lines.labels, lines.pixels, everywhere, sampling.rims, lines.ratio)
+            self._lines[sampling] = lines
+        return self._lines[sampling].pixels
 
-    def _draw_first(self, sampling: Sampling, lines: _Lines) -> None:
-        if lines.labels is None and self._labels is not None and self._labels.shape == sampling.frame[::-1]:
-            part = whole(sampling.shape)
-            lines.labels = sampling.sample(self._labels, part)
-            self._blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
-
-    def _show_stripes(self, view: ImageView, former: Mapping[Any, tuple[Masks, Argb | None]]) -> None:
-        sampling = view.sampling
-        if sampling is None:
-            return
+    def _stripes_in(self, view: ImageView) -> Argb | None:
+        sampling = Sampling.of(view)
         key = sampling, *((name, id(mask)) for name, mask in view.striped.items())
         if key not in self._stripes:
-            self._stripes[key] = former.get(key) or (view.striped, _striped(sampling, view))
-        drawn = self._stripes[key][1]
-        if drawn is None:
-            view.stripes.clear()
-        elif not view.stripes.shows(drawn):
-            view.stripes.show_pixels(drawn, sampling, view.devicePixelRatioF())
+            seen = self._seen()
+            self._stripes = {key: drawn for key, drawn in self._stripes.items() if key[0] in seen}
+            self._stripes[key] = view.striped, _striped(sampling, view)
+        return self._stripes[key][1]
+
+    def _seen(self) -> set[Sampling]:
+        return {Sampling.of(view) for view in self._views if view.isVisible()}
 
 
 def _striped(sampling: Sampling, view: ImageView) -> Argb | None:

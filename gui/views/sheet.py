@@ -35,8 +35,6 @@ class Sheet(QWidget):
 
     def __init__(self, cells: Mapping[str, Cell]) -> None:
         super().__init__()
-        self.is_placing = False
-        """Whether the cells are being moved; `placed` follows."""
         self.setMinimumSize(_MIN_SIZE)
         self._cells = cells
         self._aspect = 1.0
@@ -97,11 +95,9 @@ class Sheet(QWidget):
             places = correct_places(len(shown) - 1, *size, self._aspect, shown[0].strip.height())
         else:
             places = grid_places(len(shown), GRIDS[self.layout_name][1] if len(shown) > 1 else 1, *size)
-        self.is_placing = True
         for cell, place in zip(shown, places, strict=True):
             cell.setGeometry(QRect(*place))
             cell.show()  # only now: elsewhere, it could come between the pointer and the view under it
-        self.is_placing = False
         self.placed.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -14,7 +14,7 @@ from ..state.document import Document
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
 from .image_view import ImageView
-from .pixel_items import PixelItem, Pixels, packed
+from .pixel_items import Pixels, packed
 from .screen_layers import BlockLines, ScreenLayers
 from .view_data import ViewData, colour_table
 
@@ -32,16 +32,11 @@ class ShownBlocks:
         RGBA by label; alpha 0 hides a block.
     pixels : ndarray of uint32, shape (H, W), or None
         Colours of all fills; None if nothing is filled.
-    views : sequence of ImageView
-        Those that names are written in.
-    items : sequence of PixelItem
-        Those that show the fills.
     """
 
-    def __init__(self, workspace: Workspace, data: ViewData) -> None:
-        self.layers = ScreenLayers()
-        self.views: Sequence[ImageView] = ()
-        self.items: Sequence[PixelItem] = ()
+    def __init__(self, workspace: Workspace, data: ViewData, views: Sequence[ImageView]) -> None:
+        self._views = views
+        self._layers = ScreenLayers(views)
         self.labels: NDArray[np.int32] | None = None
         self.colours = np.zeros((1, 4), np.uint8)
         self.pixels: Pixels | None = None
@@ -77,7 +72,7 @@ class ShownBlocks:
         else:
             self._fill_boxes(boxes, own, self.pixels)
         lines = BlockLines(self.colours, document.selected, sorted(document.state.to_check), self._contours_only)
-        self.layers.show_blocks(own, lines, boxes)
+        self._layers.show_blocks(own, lines, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
             self._write_names(document, own)
 
@@ -101,22 +96,22 @@ class ShownBlocks:
         if self.labels is not None:
             self._drawn = self.labels = None
             self._fill()
-            self.layers.show_blocks(None, BlockLines(self.colours))
-            for view in self.views:
+            self._layers.show_blocks(None, BlockLines(self.colours))
+            for view in self._views:
                 view.write_names({}, {})
 
     def _fill(self) -> None:
         fills = self._fills()
         self.pixels = fills[self.labels] if self.labels is not None and fills.any() else None
-        for item in self.items:
-            item.set_pixels(self.pixels)
+        for view in self._views:
+            view.fills.set_pixels(self.pixels)
 
     def _fill_boxes(self, boxes: Sequence[Box], labels: NDArray[np.int32], pixels: Pixels) -> None:
         fills = self._fills()
         for box in boxes:
             pixels[box] = fills[labels[box]]
-            for item in self.items:
-                item.notify_change(box)
+            for view in self._views:
+                view.fills.notify_change(box)
 
     def _fills(self) -> Pixels:
         """Colour of the fill by label."""
@@ -128,5 +123,5 @@ class ShownBlocks:
     def _write_names(self, document: Document, labels: NDArray[np.int32]) -> None:
         names = {label: document.info(label).name for label in document.counts()} if self._shows_names else {}
         points = inner_points(labels) if names else {}
-        for view in self.views:
+        for view in self._views:
             view.write_names(names, points)

@@ -8,10 +8,9 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainterPath
 
 from .cell import Cell
-from .contents import COMPARABLE
+from .drawings import HaloPath
 from .image_view import ImageView
-from .scene_items import HaloPath
-from .view_data import ViewData
+from .view_data import COMPARABLE, ViewData
 
 _NEAR = 8
 """Distance from the line [screen px] within which it can be dragged."""
@@ -40,8 +39,7 @@ class SideComparison(QObject):
         self._cells = {cell.view: cell for cell in cells}
         self._items = {view: HaloPath(2, QColor("white"), 150, 6.5) for view in self._cells}
         for view, item in self._items.items():
-            view.add_overlay(item)
-            item.hide()
+            view.add(item)
         self._frame = QRectF()
         self._dragged: ImageView | None = None
         self._near: ImageView | None = None
@@ -105,7 +103,7 @@ class SideComparison(QObject):
         line = QPainterPath(QPointF(self.x, self._frame.top()))
         line.lineTo(self.x, self._frame.bottom())
         for view, item in self._items.items():
-            item.setVisible(self.is_divided and self._takes_part(view))
+            item.set_visible(self.is_divided and self._takes_part(view))
             item.set_path(line)
 
     def _takes_part(self, view: ImageView) -> bool:
@@ -126,7 +124,7 @@ class SideComparison(QObject):
             elif kind == QEvent.Type.MouseButtonRelease and event.button() == Qt.MouseButton.LeftButton:
                 self._dragged = None
             return True
-        near = self._takes_part(view) and abs(at.x() - self.x) * view.transform().m11() <= _NEAR
+        near = self._takes_part(view) and abs(at.x() - self.x) * view.transform.m11() <= _NEAR
         if kind == QEvent.Type.MouseMove and event.buttons() == Qt.MouseButton.NoButton:
             self._show_near(view if near else None)
         pressed = kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QPolygonF, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
@@ -19,7 +19,6 @@ _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_MORE = " \N{HORIZONTAL ELLIPSIS}"
 _PLACES = {"missing": 0, "invalid": 1, "unsupported": 3, "measured": 4}
 """Order of entries of the legend, the most needed first; all others have place 2."""
 
@@ -48,7 +47,6 @@ class TitleStrip(QWidget):
         self._swatch: QColor | None = None
         self._legend: list[tuple[QBrush, str]] = []
         self._text = ""
-        self._hovered = False
         font = self.font()
         font.setPointSizeF(font.pointSizeF() * 0.88)
         self.setFont(font)
@@ -56,7 +54,6 @@ class TitleStrip(QWidget):
         self.bar.setFont(font)
         self.bar.resized.connect(self._place_bar)
         self.setFixedHeight(self.fontMetrics().height() + 3)
-        self.setMouseTracking(True)
         self.setToolTip(_TITLE_HINT)
 
     def set_title(self, title: str, swatch: tuple[int, int, int] | None = None) -> None:
@@ -126,7 +123,7 @@ class TitleStrip(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter, colours = QPainter(self), theme.colours(self.palette())
         painter.fillRect(self.rect(), colours.panel)
-        self._paint_title(painter, colours.text if self._hovered else colours.muted)
+        self._paint_title(painter, colours.muted)
         right = self._right - PAD
         metrics = self.fontMetrics()
         painter.setPen(colours.muted)
@@ -136,23 +133,15 @@ class TitleStrip(QWidget):
         self._paint_legend(painter, QRect(self.title_end, 0, right - self.title_end + 1, self.height()))
 
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
-        """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
-        not all of them."""
+        """Return the entries of the legend, from the left, that fit a width with their words."""
         shown = list(self._legend)
-        while shown and self._width_of(shown) + self._more_width(shown) > room:
+        while shown and self._width_of(shown) > room:
             shown.pop()
         return shown
 
-    def _more_width(self, shown: list[tuple[QBrush, str]]) -> int:
-        """Width of the ellipsis after the entries that are shown, if they are not all [px]."""
-        return self.fontMetrics().horizontalAdvance(_MORE) if len(shown) < len(self._legend) else 0
-
     def _paint_legend(self, painter: QPainter, room: QRect) -> None:
         shown = self.legend_in(room.width())
-        more = self._more_width(shown)
-        if 0 < more <= room.width():
-            painter.drawText(room, _RIGHT, _MORE)
-        left = room.right() - more - self._width_of(shown)
+        left = room.right() - self._width_of(shown)
         for brush, text in shown:
             swatch = QRect(left + PAD + 2, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
             left += self._width_of([(brush, text)])
@@ -181,17 +170,6 @@ class TitleStrip(QWidget):
         half = _ARROW / 2
         painter.drawPolygon(QPolygonF([QPointF(x, y), QPointF(x + _ARROW, y), QPointF(x + half, y + half + 0.5)]))
         painter.restore()
-
-    def _set_hovered(self, hovered: bool) -> None:
-        if hovered != self._hovered:
-            self._hovered = hovered
-            self.update()
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self._set_hovered(event.position().x() < self.title_end)
-
-    def leaveEvent(self, event: QEvent) -> None:
-        self._set_hovered(False)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.title_end:

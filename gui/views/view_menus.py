@@ -2,53 +2,18 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel, combo, lay_out, menu_button
+from ..widgets.basics import PlainLabel, combo, lay_out, menu_button, page, row
 from .centre import Centre
-from .contents import capital, short_title
 from .layouts import LAYOUT_TEXTS, LAYOUTS
 from .linked_views import LinkedViews
+from .view_data import capital, short_title
 
 _OPACITY = 45
-
-
-class OpacityAction(QWidgetAction):
-    """A slider of the opacity of the blocks [%], in every menu that has the action.
-
-    Signals
-    -------
-    turned(int)
-    """
-
-    turned = Signal(int)
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.value = 0
-
-    def set_value(self, value: int) -> None:
-        """Set the opacity, in all menus."""
-        if value != self.value:
-            self.value = value
-            self.turned.emit(value)
-
-    def createWidget(self, parent: QWidget) -> QWidget:
-        """Make the slider of one menu."""
-        row, slider = QWidget(parent), QSlider(Qt.Orientation.Horizontal)
-        slider.setRange(0, 100)
-        slider.setAccessibleName("Opacity of the blocks")
-        slider.setToolTip("Opacity of the blocks over the colour image")
-        slider.setValue(self.value)
-        slider.valueChanged.connect(self.set_value)
-        self.turned.connect(slider.setValue)
-        line = QHBoxLayout(row)
-        line.addWidget(PlainLabel("Opacity of the blocks"))
-        line.addWidget(slider)
-        return row
 
 
 class ViewBar(QWidget):
@@ -64,9 +29,14 @@ class ViewBar(QWidget):
 
     def __init__(self, views: LinkedViews, centre: Centre, menu: QMenu) -> None:
         super().__init__()
-        self.opacity = OpacityAction(self)
-        self.opacity.turned.connect(lambda value: views.blocks.set_opacity(value / 100))
-        self.opacity.set_value(_OPACITY)
+        self.opacity = QSlider(Qt.Orientation.Horizontal)
+        self.opacity.setRange(0, 100)
+        self.opacity.setAccessibleName("Opacity of the blocks")
+        self.opacity.setToolTip("Opacity of the blocks over the colour image")
+        self.opacity.valueChanged.connect(lambda value: views.blocks.set_opacity(value / 100))
+        self.opacity.setValue(_OPACITY)
+        slider = QWidgetAction(self)
+        slider.setDefaultWidget(page(row(PlainLabel("Opacity of the blocks"), self.opacity)))
         hint = "View set: the views shown; double-click a title to enlarge a view or show it alone"
         self.layouts = combo(LAYOUT_TEXTS, hint, "View set")
         self.layouts.setMaximumHeight(self.fontMetrics().height() + 6)
@@ -74,7 +44,7 @@ class ViewBar(QWidget):
         views.sheet.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
         self._menu = menu
-        menu.insertAction(menu.actions()[0], self.opacity)
+        menu.insertAction(menu.actions()[0], slider)
         lay_out(QHBoxLayout(self), centre.tabs, self.layouts, self.shown, spacing=6)
         for part in (self.layouts, self.shown):
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))

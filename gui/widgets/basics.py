@@ -339,18 +339,13 @@ def row_list(name: str, hint: str, headers: Sequence[str], stretched: int) -> QT
     rows.setStyleSheet("QTreeView::item { padding: 3px 0; }")
     rows.setAccessibleName(name)
     rows.setToolTip(hint)
-    set_up_rows(rows, headers, stretched)
-    return rows
-
-
-def set_up_rows(rows: QTreeWidget, headers: Sequence[str], stretched: int) -> None:
-    """Set up a list of rows with these columns, of which one takes the space left."""
     rows.setHeaderLabels(headers)
     rows.setRootIsDecorated(False)
     rows.setUniformRowHeights(True)
     rows.header().setStretchLastSection(False)
     rows.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     rows.header().setSectionResizeMode(stretched, QHeaderView.ResizeMode.Stretch)
+    return rows
 
 
 # Placeholder text of empty lists.

@@ -13,7 +13,7 @@ from ilf._runtime.installation import is_asset
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
-from .notices import Notes
+from .notes import Notes
 
 EXPORTS = "export/folder"
 """The kind of all that is written, except projects, presets, and exports of several frames."""

@@ -1,22 +1,20 @@
-"""What the window says: messages for a short time and in the log, and message boxes."""
+"""Message boxes, the log, and the texts of errors."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime
 
-from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QAction, QGuiApplication
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QMessageBox, QPlainTextEdit, QPushButton, QVBoxLayout, QWidget
 
-from ilf._runtime.termination import log_error
 from ilf.errors import IlfError, to_text, without_credentials
 
 from ..base import theme
 from ..base.versions import versions_text
 from .basics import flat_button, lay_out, without_flags
-from .toasts import Toasts
 
 
 class ProblemBox(QMessageBox):
@@ -164,59 +162,3 @@ class LogPanel(QWidget):
         cursor = self.text.textCursor()
         chosen = cursor.selection().toPlainText() if cursor.hasSelection() else self.text.toPlainText()
         QGuiApplication.clipboard().setText(chosen)
-
-
-_MESSAGE_MS = 6000
-_BRIEF_MS = 4000
-_COMMAND_MS = 15_000
-
-
-class Notes(QObject):
-    """Shows messages to the user and adds them to the log.
-
-    Signals
-    -------
-    reported(str)
-        The text of an error.
-    """
-
-    reported = Signal(str)
-
-    def __init__(self, window: QWidget, toasts: Toasts, log: LogPanel) -> None:
-        super().__init__(window)
-        self._window = window
-        self._toasts = toasts
-        self._log = log
-        self._brief = ""
-
-    def show_message(self, message: str) -> None:
-        """Show a message and add it to the log."""
-        message = without_flags(message)
-        self._toasts.show_message(message, _MESSAGE_MS)
-        self._log.add(message)
-
-    def offer(self, message: str, *actions: QAction) -> None:
-        """Show a message with commands for a longer time, and add it to the log."""
-        self._toasts.show_message(message, _COMMAND_MS, *actions)
-        self._log.add(message)
-
-    def show_briefly(self, message: str) -> None:
-        """Show a short-lived message that is not logged, as at every move of a slider; not in place of others."""
-        if self._toasts.message in ("", self._brief):
-            self._brief = message
-            self._toasts.change(message, _BRIEF_MS)
-
-    def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
-        """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
-        texts = [without_flags(text) for text in notes]
-        for text in texts:
-            self._log.add(f"{what}: {text}")
-        if texts:
-            ProblemBox(what, "\n\n".join(texts), details, self._window).open()
-
-    def report(self, what: str, error: Exception) -> None:
-        """Show and log an error."""
-        details = error_details(error)
-        text = log_error(error) if details else error_text(error)
-        self.warn(what, [text], details)
-        self.reported.emit(f"{what}: {text}")

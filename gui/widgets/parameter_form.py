@@ -416,7 +416,7 @@ class FloatBox(QDoubleSpinBox):
 
 
 class _ChoiceBox(QComboBox):
-    """A combo box with a changing list of values, which is updated whenever it shows one or opens.
+    """A combo box with a list of values that may change: it is updated whenever it shows one or opens.
 
     Signals
     -------
@@ -456,14 +456,8 @@ class _ChoiceBox(QComboBox):
 
 def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Any], None]]:
     """Return the editor of one parameter and the function that shows a value in it."""
-    if declaration.choices:
-        combo = QComboBox()
-        combo.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        combo.addItems(declaration.choices)
-        combo.currentTextChanged.connect(edited)
-        return combo, combo.setCurrentText
-    if declaration.offers is not None:
-        box = _ChoiceBox(declaration.offers)
+    if declaration.choices or declaration.offers is not None:
+        box = _ChoiceBox(declaration.offers or (lambda: declaration.choices))
         box.chosen.connect(edited)
         return box, box.show_value
     if declaration.kind is bool:

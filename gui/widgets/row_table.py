@@ -1,19 +1,54 @@
-"""A table of things, a row each: its columns, its cells, and a view of it that can be sorted and edited."""
+"""A table of things, a row each: its columns, its cells, and views of it, one to sort and edit, one of numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyModel, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QIcon, QKeyEvent, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QRect,
+    QSize,
+    QSortFilterProxyModel,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QGuiApplication,
+    QIcon,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPixmap,
+)
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableView,
+    QWidget,
+)
 
 from ..base import theme
-from .basics import Themed, literal_text, paint_hint
-from .tables import ICON_SIZE, Index, RowDelegate, set_up_table
+from .basics import Themed, literal_text, paint_hint, use_even_digits
 
+Index = QModelIndex | QPersistentModelIndex
+
+ICON_SIZE = 16
+_ROW_HEIGHT, _ROW_PAD = 26, 6
+_FILLED = "ilf_filled"
+"""Property of editors that already contain the cell's text."""
 _SORT_ROLE = Qt.ItemDataRole.UserRole
 _NARROW = 26
 """Width of columns of icons and ticks [px]."""
@@ -56,7 +91,7 @@ class TableCell(NamedTuple):
         Name of an icon and of its colour in `theme.Colours`; or a colour.
     tone : str
         Name of the text's colour; "" for the usual one.
-    bold : bool
+    bold, italic : bool
     ticked : bool
     edited : str
         What is edited, if it differs from the text.
@@ -70,6 +105,7 @@ class TableCell(NamedTuple):
     icon: tuple[str, str] | tuple[int, int, int] | None = None
     tone: str = ""
     bold: bool = False
+    italic: bool = False
     ticked: bool = False
     edited: str = ""
     said: str = ""
@@ -165,9 +201,10 @@ class RowModel(QAbstractTableModel):
             return _alignment(heading)
         if role == Qt.ItemDataRole.ForegroundRole and cell.tone:
             return getattr(theme.colours(self._widget.palette()), cell.tone)
-        if role == Qt.ItemDataRole.FontRole and cell.bold:
+        if role == Qt.ItemDataRole.FontRole and (cell.bold or cell.italic):
             font = QFont(self._widget.font())
-            font.setBold(True)
+            font.setBold(cell.bold)
+            font.setItalic(cell.italic)
             return font
         if role == Qt.ItemDataRole.CheckStateRole and heading.kind == "tick":
             return Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
@@ -207,6 +244,67 @@ def _alignment(heading: Heading) -> Qt.AlignmentFlag:
     return side | Qt.AlignmentFlag.AlignVCenter
 
 
+class RowDelegate(QStyledItemDelegate):
+    """Delegate that paints rows.
+
+    Parameters
+    ----------
+    icon_columns : collection of int
+        Columns with only a centred icon or colour.
+    """
+
+    def __init__(self, icon_columns: Collection[int], parent: QObject) -> None:
+        super().__init__(parent)
+        self._icon_columns = icon_columns
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """Set the text only once, so that changes of the cell do not overwrite the user's input."""
+        if not editor.property(_FILLED):
+            editor.setProperty(_FILLED, True)
+            super().setEditorData(editor, index)
+
+    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+        super().initStyleOption(option, index)
+        accent, base = option.palette.highlight().color(), option.palette.base().color()
+        option.palette.setColor(QPalette.ColorRole.Highlight, _selection_colour(accent.rgb(), base.rgb()))
+        option.palette.setColor(QPalette.ColorRole.HighlightedText, option.palette.text().color())
+        option.state &= ~QStyle.StateFlag.State_HasFocus
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint a cell; that with the keyboard focus has a frame."""
+        self._paint_cell(painter, option, index)
+        if option.state & QStyle.StateFlag.State_HasFocus:
+            painter.setPen(theme.colours(option.palette).accent)
+            painter.drawRect(option.rect.adjusted(0, 0, -1, -1))
+
+    def _paint_cell(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        if index.column() not in self._icon_columns:
+            super().paint(painter, option, index)
+            return
+        full = QStyleOptionViewItem(option)
+        self.initStyleOption(full, index)
+        full.icon = QIcon()
+        full.widget.style().drawControl(QStyle.ControlElement.CE_ItemViewItem, full, painter, full.widget)
+        box = QRect(0, 0, ICON_SIZE, ICON_SIZE)
+        box.moveCenter(option.rect.center())
+        decoration = index.data(Qt.ItemDataRole.DecorationRole)
+        if isinstance(decoration, QColor):
+            painter.save()
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(decoration)
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 3, 3)
+            painter.restore()
+        elif decoration is not None:
+            decoration.paint(painter, box)
+
+
+@lru_cache(maxsize=8)
+def _selection_colour(accent: int, base: int) -> QColor:
+    """Return the background of selected rows; colours as numbers so that the cache works, used for every cell."""
+    return theme.blend(QColor(base), QColor(accent), 0.28)
+
+
 class RowTable(Themed, QTableView):
     """View of a table that can be sorted by each column; F2 edits the current cell, or the name of its row.
 
@@ -228,10 +326,26 @@ class RowTable(Themed, QTableView):
         self.proxy.setSortRole(_SORT_ROLE)
         self.setModel(self.proxy)
         self.setAccessibleName(name)
-        set_up_table(self, _NARROW)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        self.setShowGrid(False)
+        self.setWordWrap(False)
+        self.setTabKeyNavigation(False)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(_ROW_HEIGHT)
+        header = self.horizontalHeader()
+        header.setMinimumSectionSize(_NARROW)
+        header.setHighlightSections(False)
+        header.setSortIndicatorClearable(True)
+        header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
+        self.setSortingEnabled(True)
         icons = [column for column, heading in headings.items() if heading.kind == "icon"]
         self.setItemDelegate(RowDelegate(icons, self))
-        header = self.horizontalHeader()
         for column, heading in headings.items():
             if heading.kind in ("icon", "tick"):
                 header.setSectionResizeMode(column, QHeaderView.ResizeMode.Fixed)
@@ -270,3 +384,88 @@ class RowTable(Themed, QTableView):
         super().paintEvent(event)
         if not self.rows.keys:
             paint_hint(self, self.hint)
+
+
+# A small table of numbers.
+
+_SWATCH = 10
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name : str
+    cells : tuple of str
+        One for each column but the first; empty for the heading of a group.
+    hint : str
+        Tooltip.
+    colour : (int, int, int) or None
+        Colour of its run.
+    is_best : bool
+        Whether it is the best row of its group, or equal to it.
+    is_italic : bool
+        Whether its numbers are less reliable than others; the tooltip says why.
+    """
+
+    name: str
+    cells: tuple[str, ...] = ()
+    hint: str = ""
+    colour: tuple[int, int, int] | None = None
+    is_best: bool = False
+    is_italic: bool = False
+
+
+class NumberTable(RowTable):
+    """Table of numbers with headings of groups, the best marked; Ctrl+C copies tab-separated text.
+
+    Parameters
+    ----------
+    name : str
+        Its accessible name.
+    columns : sequence of (str, str)
+        Title and tooltip of each column but the first.
+    """
+
+    def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
+        headings = (Heading("", ""), *(Heading(title, hint, kind="number") for title, hint in columns))
+        super().__init__(name, dict(enumerate(headings)))
+        self.numbers: tuple[Row, ...] = ()
+        self.setIconSize(QSize(_SWATCH, _SWATCH))
+        self.setSortingEnabled(False)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + _ROW_PAD)
+        use_even_digits(self)
+
+    def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
+        """Show other rows; `empty` is the text shown without rows."""
+        self.numbers, self.hint = tuple(rows), empty
+        columns = len(self._headings)
+        self.rows.show_rows({number: _number_cells(row, columns) for number, row in enumerate(self.numbers)})
+        self.clearSpans()
+        for number, row in enumerate(self.numbers):
+            if not row.cells:
+                self.setSpan(number, 0, 1, columns)
+        self.viewport().update()
+
+    def text(self, chosen: Collection[int] = ()) -> str:
+        """Return some rows, or all, as tab-separated text."""
+        rows = [self.numbers[number] for number in chosen] or self.numbers
+        head = [heading.title for heading in self._headings.values()]
+        return "\n".join("\t".join(cells) for cells in [head, *((row.name, *row.cells) for row in rows)])
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.Copy):
+            QGuiApplication.clipboard().setText(self.text(self.chosen()))
+        else:
+            super().keyPressEvent(event)
+
+
+def _number_cells(row: Row, columns: int) -> TableCells:
+    texts = row.name, *row.cells, *[""] * (columns - 1 - len(row.cells))
+    tone = "good" if row.is_best else "" if row.cells else "muted"
+    plain = TableCell(hint=row.hint or row.name, tone=tone, bold=row.is_best or not row.cells, italic=row.is_italic)
+    return {column: plain._replace(text=text, icon=None if column else row.colour) for column, text in enumerate(texts)}

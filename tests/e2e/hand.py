@@ -25,7 +25,7 @@ def viewport(window: MainWindow) -> QWidget:
 
 def place(window: MainWindow, point: Point) -> QPoint:
     """Where image coordinates are in the colour view."""
-    return window.views.cells["colour"].view.viewportTransform().map(QPointF(*point)).toPoint()
+    return window.views.cells["colour"].view.transform.map(QPointF(*point)).toPoint()
 
 
 def click(window: MainWindow, point: Point, modifier: Qt.KeyboardModifier = PLAIN) -> None:

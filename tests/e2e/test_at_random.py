@@ -12,9 +12,9 @@ from PySide6.QtCore import QCoreApplication, QEvent
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from gui.state.parts import Part
-from gui.views.contents import COMPARABLE, SIDES
 from gui.views.layers import CONTENTS
 from gui.views.layouts import LAYOUTS
+from gui.views.view_data import COMPARABLE, SIDES
 from ilf.data.frame import RGBDFrame
 
 from ..gui.states import edit

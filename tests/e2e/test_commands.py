@@ -40,9 +40,9 @@ def test_a_new_command_is_one_method(window, opened, qtbot):
 
     def pressed() -> str:
         """Press its key at once after a change; what the window says."""
-        opened.toasts.clear()
+        opened.notes.clear()
         QTest.keyClick(view, Qt.Key.Key_J, _CTRL_ALT)
-        return " ".join(toast.message for toast in opened.toasts.shown)
+        return " ".join(toast.message for toast in opened.notes.shown)
 
     assert pressed() == "Count the blocks: Select a block first."
     document.select([1])
@@ -86,7 +86,7 @@ def test_a_key_for_size_says_why_it_does_nothing(opened):
     radius = opened.editor.options.brush_radius
     opened.actions_["brush_larger"].trigger()
     assert opened.editor.options.brush_radius == radius
-    assert "has no size" in opened.toasts.message
+    assert "has no size" in opened.notes.message
 
 
 def _begin_to_type(field, text):

@@ -81,7 +81,7 @@ def test_swiping_leaves_every_layout_as_it_was_and_another_one_of_the_window_end
     handles = views.sides._items
 
     def is_swiped():
-        return any(cell.concrete == "result" and handles[cell.view].isVisible() for cell in views.sheet.shown)
+        return any(cell.concrete == "result" and handles[cell.view].visible for cell in views.sheet.shown)
 
     contents = views.contents()
     for layout in LAYOUTS:
@@ -91,7 +91,7 @@ def test_swiping_leaves_every_layout_as_it_was_and_another_one_of_the_window_end
         assert is_swiped(), layout
         swipe.trigger()
         assert (views.sheet.layout_name, views.sheet.lasting, views.contents()) == state
-        assert not any(handle.isVisible() for handle in handles.values())
+        assert not any(handle.visible for handle in handles.values())
 
         # other views while swiping are swiped, too, and the former contents come back
         swipe.trigger()

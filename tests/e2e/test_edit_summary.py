@@ -83,7 +83,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
     panel.scope.setCurrentIndex(0)
     panel.redraw()
     panel.presets.chosen.emit("best")
-    assert "Block 1 (Smoothness)" in opened.toasts.message
+    assert "Block 1 (Smoothness)" in opened.notes.message
     assert document.parameters_of(chosen[0]).smoothness == 3.0
     panel.scope.setCurrentIndex(1)
     panel.redraw()

@@ -92,7 +92,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     box = slice(8, 24), slice(4, 24)
     workspace.select([label])
     workspace.current.look(Part.REGION, region=box)
-    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 3)
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.numbers) == 3)
     completion = document.completion()
     blocks = evaluate_blocks(document.frame, completion, document.labels)
     wanted = [
@@ -100,13 +100,13 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
         blocks[label],
         ilf.evaluate_completion(document.frame, completion, box),
     ]
-    assert [row.cells[0] for row in panel.ground_truth_table.rows] == [millimetres(one.rmse) for one in wanted]
-    assert [row.name for row in panel.ground_truth_table.rows] == ["Frame", document.info(label).name, "Rectangle"]
+    assert [row.cells[0] for row in panel.ground_truth_table.numbers] == [millimetres(one.rmse) for one in wanted]
+    assert [row.name for row in panel.ground_truth_table.numbers] == ["Frame", document.info(label).name, "Rectangle"]
     qtbot.waitUntil(lambda: errors_shown(window)[0] == millimetres(blocks[label].rmse))
     panel.pixels.setCurrentIndex(1)
     panel.pixels.activated.emit(1)
     everything = ilf.evaluate_completion(document.frame, completion, every=True)
-    qtbot.waitUntil(lambda: panel.ground_truth_table.rows[0].cells[0] == millimetres(everything.rmse))
+    qtbot.waitUntil(lambda: panel.ground_truth_table.numbers[0].cells[0] == millimetres(everything.rmse))
 
     # runs that are compared stand below each other
     run = document.run(document.state.common)
@@ -114,9 +114,9 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     kept = StoredRun(1, "paper", other, other.complete().results, 0.1, (200, 0, 0))
     document.keep_run(kept)
     workspace.current.compare_runs([kept])
-    qtbot.waitUntil(lambda: len(panel.ground_truth_table.rows) == 9)
-    assert [row.is_best for row in panel.ground_truth_table.rows[:3]].count(True) == 0
-    assert all("All are equal within" in row.hint for row in panel.ground_truth_table.rows[1:3]), "of so few pixels"
+    qtbot.waitUntil(lambda: len(panel.ground_truth_table.numbers) == 9)
+    assert [row.is_best for row in panel.ground_truth_table.numbers[:3]].count(True) == 0
+    assert all("All are equal within" in row.hint for row in panel.ground_truth_table.numbers[1:3]), "of so few pixels"
     actions["remove_ground_truth"].trigger()
     settle(window)
     assert document.frame.ground_truth is None
@@ -139,7 +139,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     dialog.accept()
     qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy)
     settle(window)
-    rows = panel.hold_out_table.rows
+    rows = panel.hold_out_table.numbers
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
     assert 1000 * kept.hold_out_error == pytest.approx(float(rows[1].cells[0]), abs=0.06)

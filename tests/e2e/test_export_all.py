@@ -42,7 +42,7 @@ def _export(window, qtbot, folder, scope):
         assert feature.pending_work()
         window.refresh.now()
         assert window.feature(StatusFeature).bar.progress.toolTip().startswith("Exporting 0 of ")
-    return window.toasts.message
+    return window.notes.message
 
 
 def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_path):

@@ -255,7 +255,7 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, anoth
     _save(in_folder, qtbot)
     project = folder.with_name("walk.ilf")
     assert project.is_file()
-    toast = in_folder.toasts.shown[-1]
+    toast = in_folder.notes.shown[-1]
     assert str(project) in toast.message
     assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
     again = another(persistent=True)

@@ -39,7 +39,7 @@ def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_f
     assert not section.show.isEnabled()
     actions["live"].trigger()
     load(tmp_path / "inverse.npy")
-    assert "100% of the pixels" in window.toasts.message
+    assert "100% of the pixels" in window.notes.message
     assert panel.visible
 
     window.refresh.now()

@@ -55,7 +55,7 @@ def test_a_network_is_fetched_when_asked_cancelled_continued_and_used(window, qt
     qtbot.wait(100)  # the server ends the first connection
     dialog.fetch_button.click()
     dialog.close()  # the work goes on
-    qtbot.waitUntil(lambda: f"guide network {NAME} is ready" in window.toasts.message)
+    qtbot.waitUntil(lambda: f"guide network {NAME} is ready" in window.notes.message)
     assert hub.asked[1][1] is not None, "continued"
     assert guide_file(NAME).read_bytes() == hub.content
 

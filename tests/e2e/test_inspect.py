@@ -130,13 +130,13 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     window.actions_["tool_measure"].trigger()
     qtbot.waitUntil(lambda: part.measurements.isVisible())
     click(window, (12.5, 15.5))
-    assert "no depth" in window.toasts.message
+    assert "no depth" in window.notes.message
     assert window.workspace.current.state.looked.measurements == ()
     run_all(window)
     for point in ((5.5, 5.5), (12.5, 15.5), (40.5, 5.5), (60.5, 5.5)):
         click(window, point)
     window.refresh.now()
-    rows = part.measurements.rows
+    rows = part.measurements.numbers
     assert [(row.name, "filled depth" in row.hint) for row in rows] == [("1", True), ("2", False)]
     document, depth = window.workspace.current, window.workspace.current.current_depth()
     wanted = measure(depth, window.workspace.current.state.looked.measurements[1], document.frame.intrinsics)
@@ -149,7 +149,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     assert lines[1].split("\t")[:3] == ["1", "5", "5"]
 
     part.measurements.setFocus()
-    part.measurements.topLevelItem(0).setSelected(True)
+    part.measurements.selectRow(0)
     QTest.keyClick(part.measurements, Qt.Key.Key_Delete)
     assert len(window.workspace.current.state.looked.measurements) == 1
     window.actions_["restore_measurements"].trigger()

@@ -47,10 +47,10 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     _, exact = exact_view(pose_of(2))
 
     use(window, qtbot)
-    assert "Depth of 4 neighbours is used at" in window.toasts.message
+    assert "Depth of 4 neighbours is used at" in window.notes.message
     workspace.undo_group.undo()
     section = use(window, qtbot, count=1)
-    assert "Depth of 2 neighbours is used at" in window.toasts.message
+    assert "Depth of 2 neighbours is used at" in window.notes.message
     assert section.message.text().startswith("From frame-000001.color, frame-000003.color, at ")
     added = document.frame.from_neighbours
     assert added[hole].mean() > 0.7
@@ -116,6 +116,6 @@ def test_search_can_be_cancelled_and_what_fails_is_told(window, qtbot, tmp_path,
     assert not panel.work.isVisible()
     assert document.frame.neighbours is None
     use(window, qtbot)
-    assert "Left out" in window.toasts.message
-    assert "frame-000001.color, frame-000000.color" in window.toasts.message
+    assert "Left out" in window.notes.message
+    assert "frame-000001.color, frame-000000.color" in window.notes.message
     assert document.frame.neighbours is None

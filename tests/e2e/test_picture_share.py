@@ -35,7 +35,7 @@ def on_screen(window, cell: Cell) -> QRect:
     """Return the visible part of a cell's picture, in the window."""
     view = cell.view
     height, width = window.workspace.current.frame.shape
-    drawn = view.viewportTransform().mapRect(QRectF(0, 0, width, height)).toAlignedRect() & view.viewport().rect()
+    drawn = view.transform.mapRect(QRectF(0, 0, width, height)).toAlignedRect() & view.viewport().rect()
     return drawn.translated(view.viewport().mapTo(window, QPoint()))
 
 

@@ -15,7 +15,7 @@ def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under
     with qtbot.waitSignal(opened.runs.ended):
         opened.actions_["extract"].trigger()
         opened.actions_["run"].trigger()
-        assert "as soon as they are extracted" in opened.toasts.message
+        assert "as soon as they are extracted" in opened.notes.message
         assert not opened.runs.state.going
     assert not opened.workspace.current.changed_blocks()
 

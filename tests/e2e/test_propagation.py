@@ -77,11 +77,11 @@ def test_next_frame_with_these_blocks(listed, part, qtbot):
     assert second.name == "frame-1"
     assert np.array_equal(second.labels, first.labels)
     assert [(info.name, info.locked) for info in second.blocks.infos.values()] == [("Wall", True), ("Floor", False)]
-    assert "propagated to 1 frame (frame-1): 1 copied. 0 blocks to check." in window.toasts.message
+    assert "propagated to 1 frame (frame-1): 1 copied. 0 blocks to check." in window.notes.message
     assert not window.loader.busy  # nobody has extracted blocks that are not wanted
     third = propagate_state(window, part, qtbot, "propagate_next")
     assert abs(border(third) - (30 + SHIFTS[2])) <= 1
-    assert "optical flow" in window.toasts.message
+    assert "optical flow" in window.notes.message
     window.actions_["undo"].trigger()
     assert not third.counts()
     assert workspace.current is third
@@ -120,7 +120,7 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert [entry.summary.stage for entry in entries][2:] == [Stage.EDITED, Stage.FAILED, Stage.PROPAGATED]
     assert len(said) == 1
     assert said[0].startswith("frame-3: ")
-    assert "1 frame (frame-2) had been edited or run" in window.toasts.message
+    assert "1 frame (frame-2) had been edited or run" in window.notes.message
     assert not part.strip.isVisible()
 
 
@@ -174,7 +174,7 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     assert propagation_run.stopped
     assert len(propagation_run.done) == 1
     assert shown[1:3] == ["Propagating blocks to frame-1 (1 of 4)", "Propagating blocks to frame-2 (2 of 4)"]
-    assert "Stopped after 1 of 4 frames." in window.toasts.message
+    assert "Stopped after 1 of 4 frames." in window.notes.message
     assert window.actions_["propagate_next"].isEnabled()
 
 
@@ -265,7 +265,7 @@ def test_values_for_all_frames_or_for_one(listed, part, qtbot):
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
     row.choose(Sharing.ALL)
-    assert window.toasts.message == "All frames share the parameters of the filter now."
+    assert window.notes.message == "All frames share the parameters of the filter now."
     window.feature(FilterPanel).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL

@@ -50,7 +50,7 @@ def test_one_stroke_merges_the_seven_strips_in_one_step_unless_it_is_cancelled(s
     drag(strips, across(strips), CTRL | SHIFT, release=False)
     assert "merge 7 blocks" in status(strips)
     assert np.array_equal(document.labels, before), "only shown so far"
-    outlined = strips.views.cells["colour"].view.preview.boundingRect()
+    outlined = strips.views.cells["colour"].view.preview.extent
     assert outlined.contains(QPointF(*start))
     assert outlined.contains(QPointF(*end))
     drag(strips, across(strips), CTRL | SHIFT)
@@ -84,6 +84,29 @@ def test_a_merging_stroke_leaves_locked_blocks_out_and_says_so(strips):
     drag(strips, [(3, 30), (3, 36)], CTRL | SHIFT)
     assert said == ["Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."]
     assert document.undo_stack.count() == steps
+
+
+def test_the_whole_block_under_the_pointer_is_outlined_and_several_selected_ones_are_tinted(strips):
+    view = strips.views.cells["colour"].view
+    hover(strips, middle(strips, 2))
+    hover(strips, middle(strips, 3))
+    outlined = view.preview.extent
+    assert outlined.contains(QPointF(*middle(strips, 3)))
+    assert outlined.top() <= 1, "the piece apart too"
+    assert outlined.left() <= 1
+    assert not outlined.contains(QPointF(*middle(strips, 5)))
+
+    def seen(label: int) -> int:
+        at = view.transform.map(QPointF(*middle(strips, label))).toPoint()
+        return view.viewport().grab().toImage().pixelColor(at).lightness()
+
+    plain = seen(2)
+    click(strips, middle(strips, 2))
+    hover(strips, (1, 1))
+    assert seen(2) == plain
+    click(strips, middle(strips, 5), CTRL)
+    hover(strips, (1, 1))
+    assert seen(2) > plain
 
 
 def test_several_blocks_are_selected_alike_by_every_way(strips):

@@ -27,7 +27,7 @@ def _wait(window, qtbot):
 
 def _shown(window) -> tuple[float, float, float, float]:
     """What the preview covers: left, top, right, bottom."""
-    extent = window.views.cells["colour"].view.preview.boundingRect()
+    extent = window.views.cells["colour"].view.preview.extent
     return extent.left(), extent.top(), extent.right(), extent.bottom()
 
 
@@ -65,12 +65,12 @@ def test_the_preview_shows_what_pointer_wheel_box_and_the_next_click_would_selec
     _wait(selecting, qtbot)
     left, _, right, _ = _shown(selecting)
     assert left < 50 < right
-    scale = selecting.views.cells["colour"].view.transform().m11()
+    scale = selecting.views.cells["colour"].view.transform.m11()
     click(selecting, (50, 20))
     for _ in range(20):
         turn_wheel(selecting, (50, 20), 1, CTRL)
     _wait(selecting, qtbot)
-    assert selecting.views.cells["colour"].view.transform().m11() == scale
+    assert selecting.views.cells["colour"].view.transform.m11() == scale
     left, _, right, _ = _shown(selecting)
     assert left <= 0
     assert right >= selecting.workspace.current.labels.shape[1]

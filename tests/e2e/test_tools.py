@@ -75,10 +75,10 @@ def test_a_click_suggests_a_split_and_enter_takes_it(editing, qtbot):
 def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_none(editing):
     _take(editing, "paint")
     view = editing.views.cells["colour"].view
-    scale, radius = view.transform().m11(), editing.editor.options.brush_radius
+    scale, radius = view.transform.m11(), editing.editor.options.brush_radius
     turn_wheel(editing, (30, 20), 1, CTRL)
     assert editing.editor.options.brush_radius > radius
-    assert view.transform().m11() == scale
+    assert view.transform.m11() == scale
     editing.refresh.now()
     assert editing.feature(ToolsFeature).options.brush.value() == editing.editor.options.brush_radius
     for code, step in ((_Key.Key_BracketRight, 1), (_Key.Key_BracketLeft, -1)):
@@ -86,11 +86,11 @@ def test_wheel_with_control_and_keys_change_the_brush_and_zoom_where_there_is_no
         key(editing, code)
         assert (editing.editor.options.brush_radius - radius) * step > 0
     turn_wheel(editing, (30, 20), 1)
-    assert view.transform().m11() > scale
+    assert view.transform.m11() > scale
     _take(editing, "border")
-    scale = view.transform().m11()
+    scale = view.transform.m11()
     turn_wheel(editing, (30, 20), 1, CTRL)
-    assert view.transform().m11() > scale
+    assert view.transform.m11() > scale
 
 
 def test_options_show_for_the_tool_that_has_them_and_stay(editing):
@@ -204,14 +204,14 @@ def test_slivers_are_said_unless_they_were_there_before_and_cleaned_up_by_what_i
     _take(editing, "paint")
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
-    assert editing.toasts.message == "1 sliver left."
-    QTest.mouseClick(editing.toasts.shown[-1].commands[0], Qt.MouseButton.LeftButton)
+    assert editing.notes.message == "1 sliver left."
+    QTest.mouseClick(editing.notes.shown[-1].commands[0], Qt.MouseButton.LeftButton)
     assert document.undo_stack.undoText() == "Clean up"
     assert document.labels[24, 10] == document.labels[5, 5]
-    assert "1 sliver" in editing.toasts.message
-    assert [toast for toast in editing.toasts.shown if toast.commands] == [], "what was offered is done"
+    assert "1 sliver" in editing.notes.message
+    assert [toast for toast in editing.notes.shown if toast.commands] == [], "what was offered is done"
 
-    editing.toasts.clear()
+    editing.notes.clear()
     labels = document.labels.copy()
     labels[24, 10] = labels[24, 50]
     editing.workspace.current.replace_blocks(labels, "A sliver")
@@ -220,7 +220,7 @@ def test_slivers_are_said_unless_they_were_there_before_and_cleaned_up_by_what_i
     drag(editing, [(50, 30), (8, 30), (8, 40)])
     assert document.undo_stack.undoText() == f"Paint {document.info(document.selected[0]).name}"
     assert document.labels[24, 10] == document.labels[24, 50] != document.labels[24, 12]
-    assert "sliver" not in editing.toasts.message
+    assert "sliver" not in editing.notes.message
 
 
 def test_blocks_grow_shrink_and_become_smooth_by_the_amount_and_merging_says_that_parts_do_not_touch(editing):
@@ -241,7 +241,7 @@ def test_blocks_grow_shrink_and_become_smooth_by_the_amount_and_merging_says_tha
     editing.workspace.current.replace_blocks(labels, "Corners")
     editing.workspace.select([2, 3])
     editing.actions_["merge_blocks"].trigger()
-    assert "do not touch" in editing.toasts.message
+    assert "do not touch" in editing.notes.message
     assert document.labels[-1, -1] == document.labels[0, 0]
 
 
@@ -277,7 +277,7 @@ def test_the_rest_of_a_covered_block_goes_in_the_same_undo_step(editing):
     _take(editing, "outline")
     drag(editing, [(31, -1), (width, -1), (width, height), (31, height), (31, 0)])
     assert len(document.counts()) == 2
-    assert covered in editing.toasts.message
+    assert covered in editing.notes.message
     assert (document.labels[:, 30:] == document.selected[0]).all()
     assert document.undo_stack.count() == 1
     editing.actions_["undo"].trigger()
@@ -293,5 +293,5 @@ def test_a_part_that_could_not_be_completed_is_not_cut_off(editing):
     _take(editing, "split")
     drag(editing, [(60, -1), (60, 4), (65, 4)])
     assert len(document.counts()) == 2
-    assert "without known depth" in editing.toasts.message
+    assert "without known depth" in editing.notes.message
     assert document.undo_stack.undoText() == "Mark depth as invalid"

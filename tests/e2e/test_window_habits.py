@@ -115,11 +115,11 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
         (table, Qt.Key.Key_F6, Qt.KeyboardModifier.NoModifier, "pause"),
     ):
         widget.setFocus()
-        opened.toasts.clear()
+        opened.notes.clear()
         QTest.keyClick(widget, code, modifiers)
         why = why_not(opened.actions_[command])
         assert why
-        assert [toast.message.partition(": ")[2] for toast in opened.toasts.shown] == [why], command
+        assert [toast.message.partition(": ")[2] for toast in opened.notes.shown] == [why], command
 
 
 def test_a_panel_is_found_by_what_it_shows(opened):

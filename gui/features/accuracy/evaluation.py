@@ -18,7 +18,7 @@ from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
 from ilf.evaluation.ties import Ties, find_ties
 
-from ...widgets.tables import Row
+from ...widgets.row_table import Row
 
 COLUMNS = (
     ("RMSE", "Root mean square error in millimetres: large errors count most"),

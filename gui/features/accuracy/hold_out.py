@@ -22,7 +22,7 @@ from ilf.run.run import Run
 from ...state.document import Document
 from ...widgets.basics import Message, PlainLabel, answers, form, label_of, stack
 from ...widgets.hold_out_choice import HoldOutChoice
-from ...widgets.tables import Row
+from ...widgets.row_table import Row
 from ...work.jobs import spare_cores
 from .evaluation import COLUMNS, AreaErrors, area_errors
 

@@ -28,7 +28,7 @@ from ...widgets.basics import (
     page,
 )
 from ...widgets.docks import PanelGroup
-from ...widgets.tables import NumberTable
+from ...widgets.row_table import NumberTable
 from ...work.latest_request import LatestRequest
 from ..context import Context
 from ..panel import Panel
@@ -190,7 +190,7 @@ class AccuracyPanel(Panel):
         entries = [EvaluatedResult("Current", completion)]
         entries += [EvaluatedResult(kept.name, kept.completion, kept.colour) for kept in document.compared]
         self._evaluated = document.id
-        if not self.ground_truth_table.rows:
+        if not self.ground_truth_table.numbers:
             self.ground_truth_table.set_rows([], _EVALUATING)
         labels, areas, every = document.labels.copy(), _areas(document), self.pixels.currentIndex() == 1
         expected, with_expected = self._expected, document not in self.context.runs.running

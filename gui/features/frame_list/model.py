@@ -16,7 +16,7 @@ from ilf.sources.pairing import natural
 
 from ...state.entries import Entry
 from ...widgets.basics import literal_text
-from ...widgets.tables import Index
+from ...widgets.row_table import Index
 
 # Texts of a frame in the list.
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLineEdit, QStyle, QStyleOptionViewItem, QWidget
 from ilf.project.project import FrameSummary, Stage
 
 from ...base import theme
-from ...widgets.tables import Index, RowDelegate
+from ...widgets.row_table import Index, RowDelegate
 from .model import ENTRY, PRESENT, last_line, state_line
 
 _THUMBNAIL = QSize(72, 54)

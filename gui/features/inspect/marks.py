@@ -7,19 +7,18 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
 from ilf.project.frame_state import Point
 
+from ...views.drawings import Drawing, write_on_plate
 from ...views.image_view import ImageView
-from ...views.scene_items import ViewItem
 
 _HEIGHT = 5.8
 """Z value: above the blocks' lines and names, below a tool's preview."""
 _LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
-_HALO, _PLATE = QColor(0, 0, 0, 190), QColor(0, 0, 0, 165)
+_HALO = QColor(0, 0, 0, 190)
 _WIDTH, _POINT, _PAD = 1.5, 4.0, 3.0
 _BESIDE = 14.0
 """Distance of the names of a line's ends from these [px]."""
@@ -72,13 +71,12 @@ def measurement_marks(line: Line, text: str) -> Marks:
     return Stroke(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
 
 
-class MarksItem(ViewItem):
-    """Item of a view that draws marks with lines, points and texts of constant size on the screen."""
+class MarksItem(Drawing):
+    """Draws marks in a view with lines, points and texts of constant size on the screen."""
 
     def __init__(self, view: ImageView) -> None:
         super().__init__(_HEIGHT)
-        self.setVisible(False)
-        view.add_overlay(self)
+        view.add(self)
         self.marks: Marks = ()
         self._font = QFont()
         self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
@@ -93,11 +91,9 @@ class MarksItem(ViewItem):
         widest = max((metrics.horizontalAdvance(one.text) for one in texts), default=0.0)
         reach = _BESIDE + max(widest, metrics.height()) / 2 + 2 * _PAD
         self.set_extent(QPolygonF(points).boundingRect() if points else None, reach)
-        self.setVisible(bool(marks))
 
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        to_screen = painter.worldTransform()
-        painter.save()
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        to_screen, metrics = painter.worldTransform(), QFontMetricsF(self._font)
         painter.resetTransform()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(self._font)
@@ -109,8 +105,7 @@ class MarksItem(ViewItem):
             if one.away_from is not None:
                 way = place - to_screen.map(QPointF(*one.away_from))
                 place += way * (_BESIDE / max(math.hypot(way.x(), way.y()), 1e-6))
-            _write(painter, place, one.text)
-        painter.restore()
+            write_on_plate(painter, place, one.text, metrics)
 
 
 def _draw(painter: QPainter, stroke: Stroke, points: list[QPointF]) -> None:
@@ -125,14 +120,3 @@ def _draw(painter: QPainter, stroke: Stroke, points: list[QPointF]) -> None:
             painter.drawRect(QRectF(point.x() - _POINT, point.y() - _POINT, 2 * _POINT, 2 * _POINT))
         else:
             painter.drawEllipse(point, _POINT, _POINT)
-
-
-def _write(painter: QPainter, place: QPointF, text: str) -> None:
-    metrics = painter.fontMetrics()
-    plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
-    plate.moveCenter(place)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(_PLATE)
-    painter.drawRoundedRect(plate, 3, 3)
-    painter.setPen(QColor("white"))
-    painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)

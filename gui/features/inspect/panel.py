@@ -31,7 +31,7 @@ from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
-from ...widgets.tables import NumberTable, Row
+from ...widgets.row_table import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
@@ -305,7 +305,7 @@ class InspectPanel(Panel):
     @command("copy_statistics", "Copy &statistics", icon="ph.copy", needs=Need.FRAME)
     def _copy_statistics(self) -> None:
         """Copy the statistics as a tab-separated table."""
-        if not self.made or not self.statistics.rows:
+        if not self.made or not self.statistics.numbers:
             self.reveal_page(STATISTICS)
             self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
             return

@@ -13,7 +13,7 @@ from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between
 from ilf.evaluation.statistics import SurfaceFit, SurfaceStatistics, surface_statistics
 
-from ...widgets.tables import Row
+from ...widgets.row_table import Row
 
 COLUMNS = (("Raw", "Statistics of the raw depth"), ("Result", "Statistics of the completed depth"))
 _ROWS = (

@@ -30,7 +30,7 @@ from ...state.run_history import MAX_COMPARED, title_of
 from ...widgets.basics import command_button, lay_out
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
-from ...widgets.tables import ICON_SIZE
+from ...widgets.row_table import ICON_SIZE
 from ...work.frame_runs import RunState
 from ...work.run_recorder import RunRecorder
 from ..context import Context

@@ -11,6 +11,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
+    QFontMetricsF,
     QHideEvent,
     QKeyEvent,
     QMouseEvent,
@@ -27,6 +28,7 @@ from ilf.drawing.clouds import NEAR, Look, OrbitCamera
 
 from ...base import theme
 from ...base.theme import Colours
+from ..drawings import write_on_plate
 from ..interaction import ARROWS
 from .drawing import CloudDrawing
 from .scene import Scene, empty_scene
@@ -44,7 +46,10 @@ _VEIL = 190
 def paint_axes(painter: QPainter, camera: OrbitCamera, colours: Colours, bottom: float) -> None:
     """Draw the cloud's axes at the lower left, from back to front."""
     box = QRectF(_MARGIN, bottom - _BOX - _MARGIN, _BOX, _BOX)
-    _paint_backing(painter, colours, box)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(theme.faded(colours.background, _VEIL))
+    painter.drawRoundedRect(box, 6, 6)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
     origin = box.center()
     axes = zip("xyz", (colours.error, colours.good, colours.accent), camera.rotation().T, strict=True)
     for name, colour, (right, down, forward) in sorted(axes, key=lambda axis: -axis[2][2]):
@@ -76,24 +81,6 @@ def paint_line(painter: QPainter, places: Sequence[QPointF | None]) -> None:
         for place in places:
             if place is not None:
                 painter.drawEllipse(place, _DOT, _DOT)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-
-
-def paint_text(painter: QPainter, middle: QPointF, text: str, colours: Colours) -> None:
-    """Draw a text centred at a position."""
-    metrics = painter.fontMetrics()
-    box = QRectF(0, 0, metrics.horizontalAdvance(text) + _MARGIN, metrics.height())
-    box.moveCenter(middle)
-    _paint_backing(painter, colours, box)
-    painter.setPen(colours.text)
-    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
-
-def _paint_backing(painter: QPainter, colours: Colours, box: QRectF) -> None:
-    """Draw a plate that keeps text over the cloud readable."""
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(theme.faded(colours.background, _VEIL))
-    painter.drawRoundedRect(box, 6, 6)
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
@@ -233,7 +220,7 @@ class CloudCanvas(QWidget):
             stretches = (ends for line in lines for ends in itertools.pairwise(line))
             for (one, other), text in zip(stretches, self._texts, strict=False):
                 if one is not None and other is not None:
-                    paint_text(painter, (one + other) / 2, text, colours)
+                    write_on_plate(painter, (one + other) / 2, text, QFontMetricsF(self.font()))
             marked = None if self._marked is None else self._place_of(self._marked)
             if marked is not None:
                 paint_mark(painter, marked)

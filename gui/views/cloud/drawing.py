@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,56 +16,8 @@ from ilf.drawing.clouds import Look, Splat, splat, splat_steps
 from ...work.latest_request import LatestRequest
 from .scene import Scene, empty_scene
 
-# Level of detail of a moving cloud, from the drawing speed of this machine. No widgets.
-
-MOVING_S = 0.03
-"""Maximum drawing time of a frame of a moving cloud."""
-
-_POINT_S = 12e-9
-_PIXEL_S = 22e-9
-"""Drawing times of a point and of a pixel of the picture on a typical machine."""
-
-_DETAIL_LEVELS = ((1, 1 << 62), (1, 400_000), (2, 400_000), (2, 150_000), (3, 100_000), (4, 50_000))
-"""From fine to coarse: side of a picture pixel in screen pixels, and maximum number of points."""
-
-_MIN_SLOWNESS, _MAX_SLOWNESS = 0.2, 20.0
-_SPARE_SHARE = 0.8
-_WEIGHT = 0.3
-
-
-class DetailLevel:
-    """Selects the finest level of detail that is fast enough.
-
-    The speed of this machine is measured on the pictures drawn; a finer level is used again only with time to spare,
-    so that the picture does not alternate.
-    """
-
-    def __init__(self) -> None:
-        self._slowness = 1.0
-        """Drawing time relative to a typical machine."""
-        self._level = 0
-
-    def choose(self, points: int, pixels: int) -> tuple[int, int]:
-        """Select the side of a picture pixel [screen px] and the number of points to draw, for a cloud of this many
-        points on this many screen pixels."""
-        costs = [_cost(min(points, max_points), pixels / side**2) for side, max_points in _DETAIL_LEVELS]
-        fitting = [rung for rung, cost in enumerate(costs) if self._slowness * cost <= MOVING_S]
-        best = fitting[0] if fitting else len(_DETAIL_LEVELS) - 1
-        if best < self._level and self._slowness * costs[best] > _SPARE_SHARE * MOVING_S:
-            best = self._level
-        self._level = best
-        side, max_points = _DETAIL_LEVELS[best]
-        return side, min(points, max_points)
-
-    def note(self, seconds: float, points: int, pixels: float) -> None:
-        """Record the time that drawing `points` points on `pixels` picture pixels took."""
-        found = seconds / _cost(points, pixels)
-        self._slowness += _WEIGHT * (min(max(found, _MIN_SLOWNESS), _MAX_SLOWNESS) - self._slowness)
-
-
-def _cost(points: int, pixels: float) -> float:
-    return _POINT_S * points + _PIXEL_S * pixels
-
+MOVING_POINTS, MOVING_PIXELS = 400_000, 1_000_000
+"""Most points and picture pixels of a moving cloud: drawn in about 0.03 s."""
 
 IDLE_MS = 120
 """The full picture is drawn when the view has not moved for this long."""
@@ -100,7 +51,6 @@ class CloudDrawing(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.scene = empty_scene()
-        self.detail = DetailLevel()
         self._look: Look | None = None
         self._picture: _Picture | None = None
         self._subset: Scene | None = None
@@ -125,7 +75,7 @@ class CloudDrawing(QObject):
         immediately.
         """
         self._look = look
-        at_once = self.detail.choose(len(self.scene), look.width * look.height) == (1, len(self.scene))
+        at_once = detail(len(self.scene), look.width * look.height) == (1, len(self.scene))
         if moving or at_once or self._picture is None:
             self._whole.cancel()
             self._is_due = True
@@ -184,12 +134,10 @@ class CloudDrawing(QObject):
         return self._rest.isActive() or self._whole.busy
 
     def _draw_now(self, look: Look) -> None:
-        side, count = self.detail.choose(len(self.scene), look.width * look.height)
+        side, count = detail(len(self.scene), look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
         scene = self.scene if count == len(self.scene) else self._subset_of(count)
-        begun = time.perf_counter()
         drawn = splat(scene.points, scene.colours, coarse, scene.spacing)
-        self.detail.note(time.perf_counter() - begun, count, coarse.width * coarse.height)
         self._picture = _Picture(_image_of(drawn), scene, coarse, drawn.nearest, side)
         self._is_due = False
         if not self.is_full:
@@ -224,6 +172,12 @@ class CloudDrawing(QObject):
             self._subset = None
             self._is_due = False
             self.ready.emit()
+
+
+def detail(points: int, pixels: int) -> tuple[int, int]:
+    """Side of a picture pixel [screen px] and number of points of a moving cloud, of this many points on this many
+    screen pixels."""
+    return math.ceil(math.sqrt(pixels / MOVING_PIXELS)), min(points, MOVING_POINTS)
 
 
 def _coarse(look: Look, side: int) -> Look:

@@ -15,8 +15,8 @@ from ilf.data.points import back_project
 from ilf.drawing.clouds import spacing_of
 
 from ..colours import difference_table
-from ..contents import RUNS, difference_of
 from ..layers import Layer
+from ..view_data import RUNS, difference_of
 
 _DIMMED = 0.8
 

@@ -69,16 +69,17 @@ class Curve:
         """Whether the other has the same name and style, regardless of records."""
         return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
 
-    def go_on_from(self, former: Curve) -> None:
-        """Take over the numbers of a curve that was drawn before, if it is of the same records: of these, only new ones
-        are read then."""
-        if former.records is self.records:
-            self.__dict__["_table"] = np.concatenate((former._table, _table_of(self.records[former.count :])))
-
     @cached_property
     def _table(self) -> Values:
-        """Numbers of the iterations that there are now: one row each."""
-        return _table_of(self.records)
+        """Numbers of the iterations that there are now: one row each, with lengths as log10."""
+        rows = [
+            (r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1, r.stage, getattr(r, "weighted", False))
+            for r in self.records
+        ]
+        table = np.array(rows, np.float64).reshape(-1, 4 + len(QUANTITIES))
+        lengths = table[:, 2 : 2 + len(_LENGTHS)]
+        lengths[:] = np.log10(np.maximum(lengths, FLOOR))
+        return table
 
     @property
     def known(self) -> Sequence[IterationRecord]:
@@ -140,18 +141,6 @@ class Curve:
         if after == 0 or after == self.count:
             return min(after, self.count - 1)
         return after if along[after] - where < where - along[after - 1] else after - 1
-
-
-def _table_of(records: Sequence[IterationRecord]) -> Values:
-    """Numbers of records: one row each, with lengths as log10."""
-    rows = [
-        (r.i, r.seconds, r.sigma_i, r.error, r.held_out, r.residual, r.l1, r.stage, getattr(r, "weighted", False))
-        for r in records
-    ]
-    table = np.array(rows, np.float64).reshape(-1, 4 + len(QUANTITIES))
-    lengths = table[:, 2 : 2 + len(_LENGTHS)]
-    lengths[:] = np.log10(np.maximum(lengths, FLOOR))
-    return table
 
 
 def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]:

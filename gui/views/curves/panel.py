@@ -59,6 +59,8 @@ class CurvesPanel(Themed, QWidget):
         self._persistent = persistent
         self._curves: list[Curve] = []
         self._arranged: object = None
+        self._marks: tuple[list[list[float]], tuple[float, float] | None] = [], None
+        """The starts of the stages of each curve, and the colour-weighted iterations of a single one."""
         self._hovered: float | None = None
         self._viewed_iteration: int | None = None
         self._by_time = persistent and bool(QSettings().value(_BY_TIME, False, type=bool))
@@ -130,14 +132,12 @@ class CurvesPanel(Themed, QWidget):
         self._hint.setText(text)
 
     def show_curves(self, curves: Sequence[Curve]) -> None:
-        """Draw these curves; existing ones are extended by their new records."""
+        """Draw these curves."""
         same = len(curves) == len(self._curves) and all(map(Curve.has_same_style, curves, self._curves))
         if not same:
             self._hovered = None
             for plot in self._plots:
                 plot.reset_ranges()
-        for curve, former in zip(curves, self._curves, strict=False):
-            curve.go_on_from(former)
         self._curves = list(curves)
         self._draw()
 
@@ -192,17 +192,12 @@ class CurvesPanel(Themed, QWidget):
             for layout in (self._body_layout, self._plots_layout):  # ranges depend on the room that there is
                 layout.activate()
         stages = [[curve.between(place, self._by_time) for place in curve.stages] for curve in curves]
-        colours = [QColor(*self._line_colour(curve)) for curve in curves]
-        span = curves[0].weighted(self._by_time) if len(curves) == 1 else None
-        for plot in self._plots:
-            plot.show_stages(stages, colours)
-            plot.show_span(span)
+        self._marks = stages, curves[0].weighted(self._by_time) if len(curves) == 1 else None
         series = theme.colours(self.palette())
         sigma, l1, residual, held_out = series.series
-        self.sigma_plot.show_labels(self._criteria(series.warning))
-        self.sigma_plot.show_lines(self._lines("sigma_i", sigma))
+        self.sigma_plot.draw(self._lines("sigma_i", sigma), *self._marks, self._criteria(series.warning))
         self.l1_plot.set_label("L1 [m]" if len(curves) == 1 else "ΔL1 [%]")
-        self.l1_plot.show_lines(self._lines("l1" if len(curves) == 1 else "l1_left", l1))
+        self.l1_plot.draw(self._lines("l1" if len(curves) == 1 else "l1_left", l1), *self._marks)
         if self._has("error"):
             self._draw_errors(series.error)
         if self._has("held_out"):
@@ -218,7 +213,7 @@ class CurvesPanel(Themed, QWidget):
             for line, curve in zip(lines, self._drawn, strict=True)
             if math.isfinite(curve.corrected)
         ]
-        self.error_plot.show_lines([*lines, *ends])
+        self.error_plot.draw([*lines, *ends], *self._marks)
 
     def _draw_hold_outs(self, colour: QColor, residual: QColor) -> None:
         """Draw the hold-out errors; for a single curve also its errors at the other known pixels, and where its minimum
@@ -235,8 +230,7 @@ class CurvesPanel(Themed, QWidget):
             more = [one._replace(width=1.4) for one in self._lines("residual", residual)]
         minimum = float(np.nanmin(np.concatenate([line.values for line in lines])))
         bottom = min([minimum, *(float(np.nanmin(one.values)) for one in more)])
-        self.hold_out_plot.show_lines([*more, *lines], (bottom, minimum + _HOLD_OUT_DECADES))
-        self.hold_out_plot.show_labels(labels)
+        self.hold_out_plot.draw([*more, *lines], *self._marks, labels, (bottom, minimum + _HOLD_OUT_DECADES))
 
     def _criteria(self, colour: QColor) -> list[Label]:
         """The stop criteria of Eq. (1), each with a remark; equal ones only once."""

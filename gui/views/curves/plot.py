@@ -86,13 +86,9 @@ class ConvergencePlot(pg.PlotWidget):
         self._label = label
         self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._least_span = min_span
-        self.lines: list[pg.PlotCurveItem] = []
+        self.lines: list[pg.PlotDataItem] = []
         self.labels: list[pg.InfiniteLine] = []
-        self._labelled: list[Label] | None = None
-        self._points = pg.ScatterPlotItem(size=_POINT, pen=pg.mkPen(None))
         self._stages: list[pg.VTickGroup] = []
-        self._stage_pen = pg.mkPen()
-        self._marked: tuple[list[list[float]], list[int]] | None = None
         self._span = pg.LinearRegionItem(movable=False, pen=pg.mkPen(None))
         self._span.setZValue(-20)
         self._cursor = pg.InfiniteLine(angle=90)
@@ -101,7 +97,6 @@ class ConvergencePlot(pg.PlotWidget):
             self.addItem(item, ignoreBounds=True)
         self._span_name = pg.InfLineLabel(self._span.lines[0], span_name, position=0.01, anchors=[(0, 1), (0, 1)])
         self._span_name.setVisible(bool(span_name))
-        self.addItem(self._points)
         self.plotItem.setContentsMargins(4, 7, 4, 2)
         self.hideButtons()
         view = self.getViewBox()
@@ -132,38 +127,64 @@ class ConvergencePlot(pg.PlotWidget):
             self._label = text
             set_title(self.getAxis("left"), text)
 
-    def show_lines(self, lines: Sequence[Line], ends: tuple[float, float] | None = None) -> None:
-        """Draw these lines and bring them into view: values between `ends`, or all; a line with a single value is drawn
-        as a point."""
-        while len(self.lines) < len(lines):
-            self.lines.append(pg.PlotCurveItem(antialias=True, connect="finite"))
-            self.addItem(self.lines[-1])
-        for item, line in zip(self.lines, lines, strict=False):
-            style = Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine
-            # a single long path is much slower, but segments restart dashes and show joints in thick lines
-            item.setSegmentedLineMode("off" if line.dashed or line.width > 1 else "on")
-            item.setData(line.along, line.values, pen=pg.mkPen(line.colour, width=line.width, style=style))
-            item.setVisible(True)
-        for item in self.lines[len(lines) :]:
-            item.setVisible(False)
-        points = [line for line in lines if np.count_nonzero(np.isfinite(line.values)) == 1]
-        self._points.setVisible(bool(points))
-        if points:
-            at = [int(np.flatnonzero(np.isfinite(line.values))[0]) for line in points]
-            self._points.setData(
-                [line.along[one] for line, one in zip(points, at, strict=True)],
-                [line.values[one] for line, one in zip(points, at, strict=True)],
-                brush=[line.colour for line in points],
-            )
-        if lines:
-            self._bring_into_view(lines, ends)
+    def draw(
+        self,
+        lines: Sequence[Line],
+        stages: Sequence[Sequence[float]],
+        span: tuple[float, float] | None,
+        labels: Sequence[Label] = (),
+        ends: tuple[float, float] | None = None,
+    ) -> None:
+        """Draw these lines, and bring them into view.
 
-    def _bring_into_view(self, lines: Sequence[Line], ends: tuple[float, float] | None) -> None:
+        Parameters
+        ----------
+        lines : sequence of Line
+            One with a single value is drawn as a point.
+        stages : sequence of sequence of float
+            Starts of stages, of each line: marked over the full height if there is one, else in rows at the bottom.
+        span : (float, float) or None
+            The colour-weighted iterations, which are shaded.
+        labels : sequence of Label
+            Values at which they are, are in view, too.
+        ends : (float, float), optional
+            The values that are in view; all by default.
+        """
+        for item in (*self.lines, *self.labels, *self._stages):
+            self.removeItem(item)
+        self.lines = [_drawn(line) for line in lines]
+        self.labels = [self._straight(label) for label in labels]
+        self._stages = [self._ticks(row, places, lines, len(stages) == 1) for row, places in enumerate(stages)]
+        for item in (*self.lines, *self.labels, *self._stages):
+            self.addItem(item, ignoreBounds=True)
+        self._span.setVisible(span is not None)
+        if span is not None:
+            self._span.setRegion(span)
+        if lines:
+            marked = [label.at for label in labels if label.angle == 0]
+            self._bring_into_view(lines, marked, ends)
+
+    def _ticks(self, row: int, places: Sequence[float], lines: Sequence[Line], alone: bool) -> pg.VTickGroup:
+        height = [0, 1] if alone else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW]
+        group = pg.VTickGroup(list(places), height, pg.mkPen(self._colours.grid if alone else lines[row].colour))
+        group.setZValue(-10)
+        return group
+
+    def _straight(self, label: Label) -> pg.InfiniteLine:
+        dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
+        pen = pg.mkPen(label.colour, **({"width": 1} if label.angle else dashed))
+        line = pg.InfiniteLine(label.at, label.angle, pen, label=label.text, labelOpts=_TEXT_PLACE[label.angle])
+        line.setZValue(5)  # its text stays readable over the curves
+        self._paint_text(line.label, label.colour)
+        return line
+
+    def _bring_into_view(
+        self, lines: Sequence[Line], marked: Sequence[float], ends: tuple[float, float] | None
+    ) -> None:
         if self.follows:
             begin = min(float(line.along[0]) for line in lines)
             end = max(self._min_end, *(float(line.along[-1]) for line in lines))
             self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
-        marked = [label.at for label in self._labelled or () if label.angle == 0]
         values = np.concatenate([*(line.values for line in lines), marked] if ends is None else [ends])
         if np.isfinite(values).any():
             low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -183,46 +204,6 @@ class ConvergencePlot(pg.PlotWidget):
         if self._ranges.get(axis) != (low, high):
             self._ranges[axis] = low, high
             (self.setYRange if axis else self.setXRange)(low, high, padding=0)
-
-    def show_stages(self, stages: Sequence[Sequence[float]], colours: Sequence[QColor]) -> None:
-        """Mark the starts of stages: for one curve over the full height, for several in one row each at the bottom."""
-        looks = [list(places) for places in stages], [colour.rgb() for colour in colours]
-        if looks == self._marked:
-            return
-        self._marked = looks
-        for group in self._stages:
-            self.removeItem(group)
-        self._stages.clear()
-        for row, places in enumerate(stages):
-            height = [0, 1] if len(stages) == 1 else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW]
-            pen = self._stage_pen if len(stages) == 1 else pg.mkPen(colours[row])
-            group = pg.VTickGroup(list(places), height, pen)
-            group.setZValue(-10)
-            self._stages.append(group)
-            self.addItem(group, ignoreBounds=True)
-
-    def show_span(self, span: tuple[float, float] | None) -> None:
-        """Shade the colour-weighted iterations."""
-        self._span.setVisible(span is not None)
-        if span is not None:
-            self._span.setRegion(span)
-
-    def show_labels(self, labels: Sequence[Label]) -> None:
-        """Draw these labelled lines; values at which they are, are in view with the next lines."""
-        if labels == self._labelled:
-            return
-        self._labelled = list(labels)
-        for line in self.labels:
-            self.removeItem(line)
-        self.labels.clear()
-        for label in labels:
-            dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
-            pen = pg.mkPen(label.colour, **({"width": 1} if label.angle else dashed))
-            line = pg.InfiniteLine(label.at, label.angle, pen, label=label.text, labelOpts=_TEXT_PLACE[label.angle])
-            line.setZValue(5)  # its text stays readable over the curves
-            self._paint_text(line.label, label.colour)
-            self.labels.append(line)
-            self.addItem(line, ignoreBounds=True)
 
     def _paint_text(self, text: pg.InfLineLabel, colour: QColor) -> None:
         text.setColor(colour)
@@ -248,11 +229,9 @@ class ConvergencePlot(pg.PlotWidget):
         axis.setHeight((NAMED_AXIS if named else AXIS) if shown else _BARE)
 
     def set_colours(self, colours: theme.Colours, font: QFont) -> None:
-        """Apply the theme's colours, to marks and labels when they are shown next."""
+        """Apply the theme's colours, to what is drawn when it is drawn next."""
         self._colours, self._font = colours, font
         paint_plot(self, colours, font)
-        self._stage_pen = pg.mkPen(colours.grid)
-        self._marked = self._labelled = None
         self._span.setBrush(theme.faded(colours.accent, 28))
         self._cursor.setPen(pg.mkPen(colours.muted))
         self._paint_text(self._span_name, colours.muted)
@@ -270,6 +249,19 @@ class ConvergencePlot(pg.PlotWidget):
 
     def _mouse_moved(self, position: QPointF) -> None:
         self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
+
+
+def _drawn(line: Line) -> pg.PlotDataItem:
+    pen = pg.mkPen(line.colour, width=line.width, style=Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine)
+    item = pg.PlotDataItem(line.along, line.values, pen=pen, connect="finite", antialias=True)
+    # a single long path is much slower, but segments restart dashes and show joints in thick lines
+    item.curve.setSegmentedLineMode("off" if line.dashed or line.width > 1 else "on")
+    if np.count_nonzero(np.isfinite(line.values)) == 1:
+        item.setSymbol("o")
+        item.setSymbolSize(_POINT)
+        item.setSymbolPen(None)
+        item.setSymbolBrush(line.colour)
+    return item
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QMessageBox, QTextEdit, QWidget
 
 import ilf
 from gui.features.about import AboutDialog
-from gui.widgets.notices import LogPanel, Notes, ProblemBox
-from gui.widgets.toasts import Toasts
+from gui.widgets.notes import Notes
+from gui.widgets.notices import LogPanel, ProblemBox
 from ilf._runtime.termination import error_log_path
 from ilf.errors import InputError
 
@@ -24,7 +24,7 @@ def _reported(window, error: Exception) -> ProblemBox:
     try:
         raise error
     except Exception as raised:
-        Notes(window, Toasts(window), LogPanel(window)).report("Open frame", raised)
+        Notes(window, LogPanel(window)).report("Open frame", raised)
     (box,) = window.findChildren(ProblemBox)
     return box
 

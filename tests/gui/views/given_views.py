@@ -22,7 +22,7 @@ Depth = NDArray[np.float32]
 
 def place(view: ImageView, x: float, y: float) -> QPoint:
     """Return the whole viewport point nearest to an image point."""
-    return view.viewportTransform().map(QPointF(x, y)).toPoint()
+    return view.transform.map(QPointF(x, y)).toPoint()
 
 
 def colour_at(view: ImageView, position: QPoint) -> tuple[int, ...]:

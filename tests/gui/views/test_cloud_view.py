@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction, QImage, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
+from gui.views.cloud import drawing
 from gui.views.cloud.cloud_view import CloudView, DepthClip
 from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
 from gui.views.colours import depth_table, error_table
@@ -202,7 +203,7 @@ def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
 
 
 def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, scene, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (2, 500))
+    monkeypatch.setattr(drawing, "detail", lambda points, pixels: (2, 500))
     view.show_scene(scene)
     view.canvas.grab()
     assert not view.canvas.drawing.is_full
@@ -224,8 +225,7 @@ def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, sce
     assert view.canvas.drawing.is_full, "for a picture of the window"
 
 
-def test_depths_are_clipped_in_metres(view, monkeypatch):
-    monkeypatch.setattr(view.canvas.drawing.detail, "choose", lambda points, pixels: (1, points))  # however busy it is
+def test_depths_are_clipped_in_metres(view):
     view._show_clip(True)
     everything = np.count_nonzero((pixels(view.canvas) == RED).all(axis=2))
     view.clip.near.setValue(500)

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor
 from gui.base import theme
 from gui.base.theme import blend
 from gui.views.colours import DEPTH_MAP, DEPTH_MAPS, depth_table, difference_table, error_table, strength_table
-from gui.views.scene_items import missing_brush
+from gui.views.drawings import missing_brush
 from ilf.data.pictures import depth_colours
 
 from ..base.test_theme import APART, SEEN_BY, lab

@@ -71,10 +71,10 @@ def test_left_drag_pans_all_views_when_nobody_wants_it(views, handler):
     QTest.mousePress(view.viewport(), LEFT, pos=QPoint(100, 100))
     QTest.mouseMove(view.viewport(), QPoint(140, 120))
     QTest.mouseRelease(view.viewport(), LEFT, pos=QPoint(140, 120))
-    scale = view.transform().m11()
+    scale = view.transform.m11()
     for cell in views.sheet.shown:
         other = cell.view
-        centre = other.mapToScene(other.viewport().rect()).boundingRect().center()
+        centre = other.to_image(other.viewport().rect().toRectF().center())
         assert centre.x() == pytest.approx(WIDTH / 2 - 40 / scale, abs=1 / scale)
         assert centre.y() == pytest.approx(HEIGHT / 2 - 20 / scale, abs=1 / scale)
 
@@ -86,7 +86,7 @@ def test_the_wheel_zooms_all_views_at_the_cursor(views):
     wheel(view.viewport(), position)
     wheel(view.viewport(), position)
     after = view.to_image(QPointF(position))
-    scales = {view_of(views, name).transform().m11() for name in views.cells}
+    scales = {view_of(views, name).transform.m11() for name in views.cells}
     assert len(scales) == 1
     tolerance = 1 / scales.pop()
     assert after.x() == pytest.approx(before.x(), abs=tolerance)
@@ -106,39 +106,39 @@ def test_arrow_keys_with_alt_pan_by_screen_pixels(views, key, moved):
     view = view_of(views)
     for _ in range(8):
         wheel(view.viewport(), view.viewport().rect().center())
-    before = view.viewportTransform().map(QPointF(32, 24))
+    before = view.transform.map(QPointF(32, 24))
     QTest.keyClick(view, key, Qt.KeyboardModifier.AltModifier)
-    after = view.viewportTransform().map(QPointF(32, 24))
+    after = view.transform.map(QPointF(32, 24))
     assert ((after - before).x(), (after - before).y()) == pytest.approx(moved, abs=0.5)
 
 
 def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
     view = view_of(views)
-    fitted = view.transform().m11()
+    fitted = view.transform.m11()
     for _ in range(60):
         wheel(view.viewport(), QPoint(100, 100), -1)
-    assert view.transform().m11() == pytest.approx(fitted / 4)
+    assert view.transform.m11() == pytest.approx(fitted / 4)
     for _ in range(60):
         wheel(view.viewport(), QPoint(100, 100))
-    assert view.viewport().width() / view.transform().m11() == pytest.approx(8, abs=0.1)
+    assert view.viewport().width() / view.transform.m11() == pytest.approx(8, abs=0.1)
     views.fit()
-    assert view.transform().m11() == pytest.approx(fitted)
+    assert view.transform.m11() == pytest.approx(fitted)
     views.open(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
     views.one_to_one()
-    assert view.transform().m11() == pytest.approx(1)
+    assert view.transform.m11() == pytest.approx(1)
 
 
 def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views, qtbot):
     views.resize(1300, 1000)
     qtbot.waitUntil(lambda: view_of(views).viewport().height() > 400)
     for view in (cell.view for cell in views.cells.values() if cell.isVisible()):
-        corner = view.viewportTransform().map(QPointF(WIDTH, HEIGHT))
+        corner = view.transform.map(QPointF(WIDTH, HEIGHT))
         assert view.viewport().rect().contains(corner.toPoint())
     views.zoom_to(slice(10, 20), slice(10, 20))
-    scale = view_of(views).transform().m11()
+    scale = view_of(views).transform.m11()
     views.resize(800, 600)
     qtbot.waitUntil(lambda: view_of(views).viewport().height() < 400)
-    assert view_of(views).transform().m11() == scale
+    assert view_of(views).transform.m11() == scale
 
 
 def test_a_context_menu_names_place_and_pixel(views, qtbot):
@@ -201,10 +201,10 @@ def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_a
     marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
     assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
     stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
-    assert stripes.pixels.any()
-    assert not depth.pixels.any()
+    assert stripes.find().any()
+    assert depth.find() is None
     views.give(expected=error, unsupported=np.zeros_like(doubtful))
-    assert not stripes.pixels.any()
+    assert stripes.find() is None
     assert not cells["expected-error"]._stripe_legend
 
 
@@ -242,15 +242,15 @@ def test_a_region_update_gives_the_same_picture_as_a_new_map(views):
     changed[20:30, 25:40] = 3
     changed[0:3, 0:4] = 2
     views.select(3)
-    lines = view_of(views).lines.pixels.copy()
+    lines = view_of(views).lines.find().copy()
     views.stroke(slice(20, 30), slice(25, 40), 3)
     views.stroke(slice(0, 3), slice(0, 4), 2)
-    in_boxes = views.blocks.pixels.copy(), view_of(views).lines.pixels.copy()
+    in_boxes = views.blocks.pixels.copy(), view_of(views).lines.find().copy()
     assert not np.array_equal(lines, in_boxes[1])
     views.paint(changed, table)
     views.select(3)
     np.testing.assert_array_equal(in_boxes[0], views.blocks.pixels)
-    np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.pixels)
+    np.testing.assert_array_equal(in_boxes[1], view_of(views).lines.find())
 
 
 def border_colours(views, name, x, y):
@@ -272,28 +272,27 @@ def test_lines_part_all_blocks_in_all_views_on_any_picture(views, opacity):
         bright, dark = border_colours(views, name, 30, 15)
         assert bright > flat[0] + 25
         assert dark < flat[1] - 10
-    assert view_of(views, "expected-error").lines.isVisible() is False, "without a picture there is nothing to part"
     table[1, 3] = table[2, 3] = 0
     views.paint(labels, table)
-    assert not view_of(views).lines.pixels.any()
+    assert not view_of(views).lines.find().any()
 
 
 def test_the_chosen_block_has_the_wider_line(views):
     labels, table = blocks()
     views.paint(labels, table)
-    before = np.count_nonzero(view_of(views).lines.pixels == 0xFFFFFFFF)
+    before = np.count_nonzero(view_of(views).lines.find() == 0xFFFFFFFF)
     views.select(2)
     assert before == 0
     view, white = view_of(views), (255, 255, 255)
     assert colour_at(view, place(view, 30, 15) + QPoint(1, 0)) == white
     assert colour_at(view, place(view, 30, 15) - QPoint(3, 0)) != white
     views.zoom_to(slice(10, 20), slice(40, 50))
-    assert not (view.lines.pixels == 0xFFFFFFFF).any(), "the view's edge is no border"
+    assert not (view.lines.find() == 0xFFFFFFFF).any(), "the view's edge is no border"
     views.fit()
     views.paint(np.full(labels.shape, 2, np.int32), table)
-    assert (view.lines.pixels[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
+    assert (view.lines.find()[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
     views.select(99)
-    assert not (view_of(views).lines.pixels == 0xFFFFFFFF).any()
+    assert not (view_of(views).lines.find() == 0xFFFFFFFF).any()
 
 
 def test_contours_alone_have_the_colours_of_their_blocks(views):
@@ -322,8 +321,8 @@ def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
     views.blocks.show_names(True)
     assert view_of(views).names.texts == ["Context", "Wall"]
     views.sheet.set_layout("correct")
-    assert view_of(views).names.isVisible()
-    assert not view_of(views, "depth-in").names.isVisible()
+    assert view_of(views).names.visible
+    assert not view_of(views, "depth-in").names.visible
     views.blocks.show_names(False)
     assert view_of(views).names.texts == []
 
@@ -434,13 +433,13 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert max(widths(), key=widths().get) == "colour"
     assert widths()["colour"] > 2 * widths()["depth-out"]
     large, small = view_of(views), view_of(views, "depth-out")
-    across = [view.viewport().width() / view.transform().m11() for view in (large, small)]
+    across = [view.viewport().width() / view.transform.m11() for view in (large, small)]
     assert across[0] == pytest.approx(across[1], rel=0.1), "a small view shows the same, smaller"
     QTest.mousePress(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(50, 50))
     before = small.to_image(QPointF(50, 50)), large.to_image(QPointF(50, 50))
     QTest.mouseMove(small.viewport(), QPoint(60, 50))
     QTest.mouseRelease(small.viewport(), Qt.MouseButton.MiddleButton, pos=QPoint(60, 50))
-    assert small.to_image(QPointF(60, 50)).x() == pytest.approx(before[0].x(), abs=1 / small.transform().m11())
+    assert small.to_image(QPointF(60, 50)).x() == pytest.approx(before[0].x(), abs=1 / small.transform.m11())
     assert large.to_image(QPointF(50, 50)).x() < before[1].x()
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert max(widths(), key=widths().get) == "depth-out"
@@ -465,6 +464,33 @@ def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views,
     assert len(set(texts)) == len(texts)
     places = [cell.bar._label(*tick) for tick in cell.bar.ticks]
     assert all(left.right() < right.left() for left, right in pairwise(places))
+
+
+def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
+    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
+    views.set_preview(Preview(QPainterPath(), corners))
+
+    def sizes():
+        """Side of a handle, and the distance to the next one, on the screen."""
+        view = view_of(views)
+        image = view.viewport().grab().toImage()
+        centre = view.transform.map(QPointF(*corners[3]))
+        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
+        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
+        near = [x for x in yellow if abs(x - centre.x()) < 8]
+        return len(near), math.dist(corners[3], corners[4]) * view.transform.m11()
+
+    found = []
+    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
+        views.zoom_to(*box)
+        found.append(sizes())
+    sides, distances = zip(*found, strict=True)
+    assert all(2 <= side <= 9 for side in sides)
+    assert all(2 * side < distance for side, distance in found)
+    assert sides[0] < sides[1] == sides[2]
+    assert distances[0] < distances[1] < distances[2]
 
 
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):

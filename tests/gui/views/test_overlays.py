@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
-from PySide6.QtWidgets import QApplication, QStyleOptionGraphicsItem
+from PySide6.QtWidgets import QApplication
 
 from gui.features.inspect.marks import MarksItem, measurement_marks, profile_marks, region_marks
 from gui.state.parts import Part
+from gui.views.drawings import HaloPath
 from gui.views.interaction import Preview
 from gui.views.pixel_items import PointsItem
-from gui.views.scene_items import HaloPath
 
 from .given_views import GivenViews
 
@@ -63,7 +63,7 @@ def _tool_line(views):
 def _rings(views):
     items = [HaloPath(1.5, QColor(255, 96, 208), 170, 5.5) for _ in views.cells]
     for cell, item in zip(views.cells.values(), items, strict=True):
-        cell.view.add_overlay(item)
+        cell.view.add(item)
 
     def move(step):
         path = QPainterPath()
@@ -138,7 +138,7 @@ def test_nothing_stays_where_it_was(views, overlay):
 
 
 def test_lines_around_blocks_are_repainted_in_the_whole_frame(views):
-    assert views.cells["colour"].view.lines.sceneBoundingRect() == QRectF(0, 0, WIDTH, HEIGHT)
+    assert views.cells["colour"].view.lines.extent == QRectF(0, 0, WIDTH, HEIGHT)
 
 
 @pytest.fixture
@@ -184,8 +184,7 @@ def test_sparse_depth_is_drawn_as_dots_of_the_screens_size(views):
         image.fill(0)
         painter = QPainter(image)
         painter.scale(scale, scale)
-        points.set_pixel_size(1 / scale)
-        points.paint(painter, QStyleOptionGraphicsItem())
+        points.paint(painter, 1 / scale)
         painter.end()
         reds = np.ndarray((320, 480), np.uint32, image.constBits()) == 0xFFFF0000
         assert reds.sum() == side**2, f"at {scale}"

@@ -6,8 +6,8 @@ from PySide6.QtGui import QEnterEvent, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.widgets.basics import Message
-from gui.widgets.notices import LogPanel, Notes, ProblemBox
-from gui.widgets.toasts import Toast, Toasts
+from gui.widgets.notes import MAX_TOASTS, Notes, Toast
+from gui.widgets.notices import LogPanel, ProblemBox
 
 
 @pytest.fixture
@@ -19,37 +19,32 @@ def window(shown):
 
 
 @pytest.fixture
-def toasts(window):
-    toasts = Toasts(window)
+def notes(window):
+    notes = Notes(window, LogPanel(window))
     window.statusBar().setFixedHeight(28)
-    yield toasts
-    toasts.clear()
+    yield notes
+    notes.clear()
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, toasts, qtbot):
-    log = LogPanel()
-    qtbot.addWidget(log)
-    notes = Notes(window, toasts, log)
+def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, notes, qtbot):
     notes.show_briefly("3 blocks in 20 ms")
     notes.show_briefly("3 blocks in 25 ms")
-    assert [toast.message for toast in toasts.shown] == ["3 blocks in 25 ms"]
+    assert [toast.message for toast in notes.shown] == ["3 blocks in 25 ms"]
     notes.show_message("Values of their own stay.")
     notes.show_briefly("3 blocks in 21 ms")
-    assert toasts.message == "Values of their own stay."
-    toasts.clear()
+    assert notes.message == "Values of their own stay."
+    notes.clear()
     notes.show_briefly("3 blocks in 22 ms")
-    assert toasts.message == "3 blocks in 22 ms"
+    assert notes.message == "3 blocks in 22 ms"
 
 
-def test_options_of_the_command_line_are_not_told_in_a_window(window, toasts, qtbot):
-    log, label = LogPanel(), Message()
-    for widget in (log, label):
-        qtbot.addWidget(widget)
-    notes = Notes(window, toasts, log)
+def test_options_of_the_command_line_are_not_told_in_a_window(window, notes, qtbot):
+    label = Message()
+    qtbot.addWidget(label)
     notes.show_message("There are two cameras (--topics COLOUR,DEPTH).")
     notes.warn("Open", ["Give the key of a frame (--frame)."])
     label.show_message("Rename the file (command line: --name, or --replace).")
-    assert toasts.message == "There are two cameras."
+    assert notes.message == "There are two cameras."
     (box,) = window.findChildren(ProblemBox)
     assert box.text() == "Give the key of a frame."
     assert label.text() == "Rename the file."
@@ -57,12 +52,12 @@ def test_options_of_the_command_line_are_not_told_in_a_window(window, toasts, qt
 
 
 @pytest.mark.parametrize(("text", "is_cut"), [("Saved", False), ("Exported 9 files to /home/me/room " * 9, True)])
-def test_what_is_cut_is_a_tool_tip(window, toasts, monkeypatch, text, is_cut):
+def test_what_is_cut_is_a_tool_tip(window, notes, monkeypatch, text, is_cut):
     said: list[str] = []
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
-    toasts.show_message(text, 10_000)
+    notes.show_message(text)
     QApplication.processEvents()
-    label = toasts.shown[-1].label
+    label = notes.shown[-1].label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
     assert said == [text if is_cut else ""]
 
@@ -72,13 +67,14 @@ def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:
     return QEnterEvent(at, at, at) if kind is QEnterEvent else QEvent(QEvent.Type.Leave)
 
 
-def test_one_stays_while_the_pointer_is_on_it(toasts, qtbot, monkeypatch):
-    monkeypatch.setattr("gui.widgets.toasts._MIN_STAY_MS", 50)
-    toasts.show_message("read me", 30)
-    (toast,) = toasts.shown
+def test_one_stays_while_the_pointer_is_on_it(notes, qtbot, monkeypatch):
+    monkeypatch.setattr("gui.widgets.notes._MIN_STAY_MS", 50)
+    monkeypatch.setattr("gui.widgets.notes._MESSAGE_MS", 30)
+    notes.show_message("read me")
+    (toast,) = notes.shown
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))
-    toasts.show_message("gone soon", 30)
-    qtbot.waitUntil(lambda: [toast.message for toast in toasts.shown] == ["read me"])
+    notes.show_message("gone soon")
+    qtbot.waitUntil(lambda: [toast.message for toast in notes.shown] == ["read me"])
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone):
         pass

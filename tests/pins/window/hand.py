@@ -27,7 +27,16 @@ from PySide6.QtCore import (
     QTimer,
     QUrl,
 )
-from PySide6.QtGui import QAction, QColor, QDragEnterEvent, QDropEvent, QKeySequence, QMouseEvent, QWheelEvent
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeySequence,
+    QMouseEvent,
+    QTransform,
+    QWheelEvent,
+)
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -244,9 +253,13 @@ class Hand:
     def _view(self) -> Any:
         return self.window.views.cells["colour"].view
 
+    def _to_screen(self) -> QTransform:
+        view = self._view()
+        return view.viewportTransform() if hasattr(view, "viewportTransform") else view.transform
+
     def _place(self, point: Point) -> QPointF:
         half = 0.5 / self._view().devicePixelRatioF()
-        return self._view().viewportTransform().map(QPointF(*point)) - QPointF(half, half)
+        return self._to_screen().map(QPointF(*point)) - QPointF(half, half)
 
     def _mouse(self, kind: QEvent.Type, point: Point, modifier: str, down: bool) -> None:
         target, at = self._view().viewport(), self._place(point)
@@ -446,7 +459,7 @@ class Hand:
 
     def dismiss_messages(self) -> None:
         """Remove the messages that disappear by themselves."""
-        self.window.toasts.clear()
+        getattr(self.window, "toasts", self.window.notes).clear()
 
     # Waiting.
 

@@ -1,15 +1,18 @@
-"""Messages for a short time, in the status bar: beside the views, which they neither cover nor move."""
+"""Messages for a short time, in the status bar, beside the views, which they neither cover nor move; and the log."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QAction, QEnterEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QToolButton
 
+from ilf._runtime.termination import log_error
+
 from ..base import theme
-from .basics import ElidedLabel, Themed, flat_button, lay_out
+from .basics import ElidedLabel, Themed, flat_button, lay_out, without_flags
+from .notices import LogPanel, ProblemBox, error_details, error_text
 
 MAX_TOASTS = 3
 """Maximum number of messages at a time; a new one replaces the oldest."""
@@ -34,6 +37,9 @@ class Toast(Themed, QFrame):
     def __init__(self, message: str, actions: Sequence[QAction]) -> None:
         super().__init__()
         self.setObjectName("toast")
+        self.setStyleSheet(
+            "#toast { background: palette(base); border: 1px solid palette(highlight); border-radius: 4px; }"
+        )
         self.offered = tuple(actions)
         self.commands = [self._button(action) for action in actions]
         self.label = ElidedLabel(Qt.TextElideMode.ElideMiddle)
@@ -78,36 +84,90 @@ class Toast(Themed, QFrame):
         self._over.start()
 
     def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
         self.close_button.setIcon(theme.icon("ph.x", self.palette()))
-        sheet = (
-            f"#toast {{ background: {colours.background.name()}; border: 1px solid {colours.accent.name()}; "
-            "border-radius: 4px; }"
-        )
-        if sheet != self.styleSheet():  # it changes the palette
-            self.setStyleSheet(sheet)
 
     def _go(self) -> None:
         self._over.stop()
         self.gone.emit()
 
 
-class Toasts(QObject):
-    """The messages of a window, of which the newest is visible, at the left of its status bar."""
+_MESSAGE_MS = 6000
+_BRIEF_MS = 4000
+_COMMAND_MS = 15_000
 
-    def __init__(self, window: QMainWindow) -> None:
+
+class Notes(QObject):
+    """What the window says: messages for a short time, of which the newest is visible at the left of the status bar,
+    and in the log.
+
+    Attributes
+    ----------
+    shown : list of Toast
+        Those whose time is not over, the newest last.
+
+    Signals
+    -------
+    reported(str)
+        The text of an error.
+    """
+
+    reported = Signal(str)
+
+    def __init__(self, window: QMainWindow, log: LogPanel) -> None:
         super().__init__(window)
         self._window = window
+        self._log = log
+        self._brief = ""
         self.shown: list[Toast] = []
-        """Those whose time is not over, the newest last."""
 
     @property
     def message(self) -> str:
         """Text of the visible message; "" for none."""
         return self.shown[-1].message if self.shown else ""
 
-    def show_message(self, message: str, milliseconds: int, *actions: QAction) -> None:
-        """Show a message for a time, optionally with commands; it replaces those with the same text or commands."""
+    def show_message(self, message: str) -> None:
+        """Show a message and add it to the log."""
+        message = without_flags(message)
+        self._show(message, _MESSAGE_MS)
+        self._log.add(message)
+
+    def offer(self, message: str, *actions: QAction) -> None:
+        """Show a message with commands for a longer time, and add it to the log."""
+        self._show(message, _COMMAND_MS, *actions)
+        self._log.add(message)
+
+    def show_briefly(self, message: str) -> None:
+        """Show a short-lived message that is not logged, as at every move of a slider; not in place of others."""
+        if self.message in ("", self._brief):
+            self._brief = message
+            if self.shown:
+                self.shown[-1].show_message(message)
+                self.shown[-1].stay(_BRIEF_MS)
+            else:
+                self._show(message, _BRIEF_MS)
+
+    def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
+        """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
+        texts = [without_flags(text) for text in notes]
+        for text in texts:
+            self._log.add(f"{what}: {text}")
+        if texts:
+            ProblemBox(what, "\n\n".join(texts), details, self._window).open()
+
+    def report(self, what: str, error: Exception) -> None:
+        """Show and log an error."""
+        details = error_details(error)
+        text = log_error(error) if details else error_text(error)
+        self.warn(what, [text], details)
+        self.reported.emit(f"{what}: {text}")
+
+    def clear(self) -> None:
+        """Remove all messages."""
+        for toast in list(self.shown):
+            self._drop(toast)
+
+    def _show(self, message: str, milliseconds: int, *actions: QAction) -> None:
+        """Show a message in place of those with the same text or commands."""
         for former in list(self.shown):
             if former.message == message or (actions and former.offered == actions):
                 self._drop(former)
@@ -119,19 +179,6 @@ class Toasts(QObject):
             self._drop(old)
         toast.stay(milliseconds)
         self._show_newest()
-
-    def change(self, message: str, milliseconds: int) -> None:
-        """Change the text of the visible message, or show one if there is none."""
-        if not self.shown:
-            self.show_message(message, milliseconds)
-            return
-        self.shown[-1].show_message(message)
-        self.shown[-1].stay(milliseconds)
-
-    def clear(self) -> None:
-        """Remove all messages."""
-        for toast in list(self.shown):
-            self._drop(toast)
 
     def _drop(self, toast: Toast) -> None:
         if toast in self.shown:

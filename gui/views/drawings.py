@@ -1,0 +1,215 @@
+"""What a view draws over its picture, in image coordinates, with line widths in screen pixels at every zoom."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from statistics import median
+
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPixmap
+
+from ilf.drawing.blocks import InnerPoint
+
+from ..base.theme import Colours, blend
+from .interaction import Preview
+
+_TILE = 8
+
+
+class Drawing:
+    """Something that a view draws, in an extent in image coordinates and a margin around it in screen pixels.
+
+    Parameters
+    ----------
+    z : float
+        Stacking order.
+
+    Attributes
+    ----------
+    extent : QRectF or None
+        The rectangle drawn in, without the margin; None for nothing.
+    margin : float
+    visible : bool
+    repaint : callable
+        Paints an extent and a margin around it anew; set by the view.
+    """
+
+    def __init__(self, z: float) -> None:
+        self.z = z
+        self.extent: QRectF | None = None
+        self.margin = 0.0
+        self.visible = True
+        self.repaint: Callable[[QRectF, float], None] = lambda extent, margin: None
+
+    def set_extent(self, extent: QRectF | None, margin: float = 0.0) -> None:
+        """Set the rectangle drawn in, plus `margin` screen pixels around it; None for nothing."""
+        self._repaint_all()
+        self.extent, self.margin = extent, margin
+        self._repaint_all()
+
+    def set_visible(self, on: bool) -> None:
+        """Show or hide it."""
+        if on != self.visible:
+            self.visible = on
+            self._repaint_all()
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        """Paint it, in image coordinates; a screen pixel is `pixel` image pixels. The view restores the painter."""
+        raise NotImplementedError
+
+    def _repaint_all(self) -> None:
+        if self.extent is not None:
+            self.repaint(self.extent, self.margin)
+
+
+class HaloPath(Drawing):
+    """Path in image coordinates: a bright line on a wider dark one, visible on any picture."""
+
+    def __init__(self, width: float, colour: QColor, halo_alpha: int, z: float) -> None:
+        super().__init__(z)
+        self.path = QPainterPath()
+        self._colour = colour
+        self._width = width
+        self._halo = QColor(0, 0, 0, halo_alpha)
+
+    def set_path(self, path: QPainterPath | None) -> None:
+        """Draw another path, None for nothing."""
+        self.path = QPainterPath() if path is None else path
+        self.set_extent(None if self.path.isEmpty() else self.path.controlPointRect(), self._width + 3)
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        for colour, width in ((self._halo, self._width + 2), (self._colour, self._width)):
+            pen = QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.SquareCap, Qt.PenJoinStyle.MiterJoin)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.drawPath(self.path)
+
+
+def missing_brush(colours: Colours) -> QBrush:
+    """Seamless diagonal stripes that are visible where depth is missing."""
+    tile = QPixmap(_TILE, _TILE)
+    tile.fill(blend(colours.background, colours.text, 0.12))
+    painter = QPainter(tile)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(blend(colours.background, colours.text, 0.3), 1.6))
+    for offset in (-_TILE, 0, _TILE):
+        painter.drawLine(offset, _TILE, offset + _TILE, 0)
+    painter.end()
+    return QBrush(tile)
+
+
+# The preview of a tool.
+
+_LINE, _HALO, _SHADE = QColor(255, 221, 51), QColor(0, 0, 0, 200), QColor(0, 0, 0, 110)
+_WIDTH = 2.0
+_HANDLE = 2.0, 4.0
+"""Half the side of a handle [screen px], minimum and maximum."""
+
+
+class PreviewDrawing(Drawing):
+    """Draws the preview of a tool."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.preview: Preview | None = None
+
+    def set_preview(self, preview: Preview | None) -> None:
+        """Draw another preview; None for nothing."""
+        self.preview = preview
+        if preview is None:
+            self.set_extent(None)
+            return
+        extent = preview.line.controlPointRect()
+        for path in (preview.area, preview.line_preview):
+            if path is not None:
+                extent = extent.united(path.controlPointRect())
+        for x, y in preview.corners:
+            extent = extent.united(QRectF(x, y, 1e-6, 1e-6))
+        self.set_extent(extent, _WIDTH + _HANDLE[1] + 3)
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        preview = self.preview
+        if preview is None:
+            return
+        if preview.area is not None:
+            painter.fillPath(preview.area, _SHADE)
+            painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
+        # straight lines along the pixels' edges are clearer without; others are not
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if preview.line_preview is not None:
+            _draw(painter, preview.line_preview, dashed=True)
+        _draw(painter, preview.line, preview.dashed)
+        half = pixel * _half_handle(preview.corners, pixel)
+        painter.setPen(pg.mkPen(_HALO, width=1.5))
+        painter.setBrush(_LINE)
+        for x, y in preview.corners:
+            painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
+
+
+def _half_handle(corners: Sequence[tuple[float, float]], pixel: float) -> float:
+    """Half the side of a handle [screen px]: smaller where most corners are close together, as in a small view."""
+    least, most = _HANDLE
+    if len(corners) < 2:
+        return most
+    apart = median(math.dist(one, other) for one, other in pairwise(corners)) / pixel
+    return min(max(apart / 5, least), most)
+
+
+def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
+    for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
+        pen = pg.mkPen(colour, width=width, dash=[4, 3] if dashed and colour is _LINE else None)
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        painter.drawPath(path)
+
+
+# Names of blocks, each at a point well inside its block.
+
+_MIN_NAME_RADIUS = 5.0
+"""Minimum radius of the inscribed circle on the screen [px] for a block to show its name."""
+_PAD = 3.0
+
+
+class Names(Drawing):
+    """Block names in a fixed size on the screen, on dark plates so that they are readable on any picture."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self._texts: list[tuple[str, InnerPoint]] = []
+        self._font = QFont()
+        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
+
+    @property
+    def texts(self) -> list[str]:
+        """All names, including those without room."""
+        return [text for text, _ in self._texts]
+
+    def set_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint], frame: QRectF) -> None:
+        """Write names by label at the inner points of their blocks, within the frame."""
+        self._texts = [(names[label], point) for label, point in points.items() if label in names]
+        metrics = QFontMetricsF(self._font)
+        widest = max((metrics.horizontalAdvance(text) for text in self.texts), default=0.0)
+        self.set_extent(frame if self._texts else None, widest / 2 + _PAD + metrics.height())
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        to_screen, metrics = painter.worldTransform(), QFontMetricsF(self._font)
+        painter.resetTransform()
+        painter.setFont(self._font)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for text, (x, y, radius) in self._texts:
+            if radius >= _MIN_NAME_RADIUS * pixel:
+                write_on_plate(painter, to_screen.map(QPointF(x, y)), text, metrics)
+
+
+def write_on_plate(painter: QPainter, middle: QPointF, text: str, metrics: QFontMetricsF) -> None:
+    """Write a text on a dark plate around a point of the screen."""
+    plate = QRectF(0, 0, metrics.horizontalAdvance(text) + 2 * _PAD, metrics.height())
+    plate.moveCenter(middle)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(0, 0, 0, 150))
+    painter.drawRoundedRect(plate, 3, 3)
+    painter.setPen(QColor("white"))
+    painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
