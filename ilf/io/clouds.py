@@ -79,9 +79,9 @@ def lines_of(rows: NDArray[Any], line: str) -> bytes:
     return (f"{line}\n" * len(rows) % tuple(numbers)).encode()
 
 
-def triangles_of(faces: NDArray[np.int32]) -> Iterator[NDArray[np.int32]]:
-    """Yield some triangles at a time."""
-    return (faces[start : start + _AT_ONCE] for start in range(0, len(faces), _AT_ONCE))
+def pieces(rows: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Yield some rows of an array at a time."""
+    return (rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE))
 
 
 # Clouds and meshes as PLY, with property names that CloudCompare and MeshLab display.
@@ -127,7 +127,7 @@ def ply_parts(
     line = " ".join("%d" if colour else _EXACT for colour in is_colour.values())
     for rows in chain([first], parts):
         yield lines_of(rows, line) if ascii else rows.tobytes()
-    for some in () if faces is None else triangles_of(faces):
+    for some in () if faces is None else pieces(faces):
         counted = np.empty(len(some), [("count", "u1"), ("vertices", "<i4", 3)])
         counted["count"], counted["vertices"] = 3, some
         yield lines_of(some, "3 %d %d %d") if ascii else counted.tobytes()

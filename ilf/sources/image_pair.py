@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +17,10 @@ from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
 from ..io.labels import read_mask
-from ..io.orientation import AS_STORED, Tags, companion_doubts, orientation_tag, pair_orientation
+from ..io.orientation import AS_STORED, pair_orientation
 from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
-from .naming import COLOUR_SUFFIXES, META_NAME
+from .naming import META_NAME
 from .read_images import ReadImages
 from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
@@ -67,8 +66,7 @@ def read_files(
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
     colour_camera, depth_camera = cameras.colour, None if cameras.is_registered else cameras.depth
     lenses = (colour_camera, depth_camera) if chosen.undistort and colour_camera and depth_camera else None
-    unlike = unlike_companions(chosen, depth_file, tags)
-    of_pair = (*([turning] if turning else []), *unlike)
+    of_pair = (turning,) if turning else ()
     return ReadImages(
         name or files.name,
         colour,
@@ -91,7 +89,7 @@ def read_files(
         ),
         notes=(*of_colour, *of_pair, *read.notes, *notes),
         warnings=(*(f"{files.rgb}: {text}" for text in of_colour), *of_pair, *read.warnings, *issued),
-        doubts=(*of_colour, *(of_pair if is_doubt else unlike)),
+        doubts=(*of_colour, *(of_pair if is_doubt else ())),
         pose=pose_of_files(files, chosen),
         outside_view=read_mask(files.outside_view, shape) if is_same and files.outside_view is not None else None,
     )
@@ -113,13 +111,6 @@ def depth_of_files(files: FrameFiles, options: ReadingOptions, content: FileCont
 def pose_of_files(files: FrameFiles, options: ReadingOptions) -> NDArray[np.float64] | None:
     """The camera pose, (4, 4): as `options` state it, or else from files beside the depth; None if not known."""
     return camera_pose(files.depth) if options.pose is None else stated_pose(options.pose)
-
-
-def unlike_companions(options: ReadingOptions, depth_file: FileContent, tags: Tags) -> tuple[str, ...]:
-    """Doubts about ground truth, guide and confidence map whose orientation is not that of the pair, as it is read."""
-    beside = filter(None, (options.ground_truth, options.guide, options.confidence))
-    companions = [read_file(path) for path in beside if Path(path).suffix.lower() in COLOUR_SUFFIXES]
-    return companion_doubts(companions, orientation_tag(depth_file) if tags == AS_STORED else 1)
 
 
 def is_registered(options: ReadingOptions, shape: tuple[int, int], depth_shape: tuple[int, int]) -> bool:

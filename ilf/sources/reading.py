@@ -261,19 +261,18 @@ def _with_min_confidence(
 ) -> RGBDFrame:
     """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; reports a
     doubt about its scale."""
-    low, note, doubt = None, UNUSED_CONFIDENCE, ""
-    if confidence is None:
-        note = "" if min_value is None else NO_CONFIDENCE_MAP
-    elif min_value is not None:
-        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
-        values = undistorted(values, frame, of_depth=True)
-        low, note = low_confidence(values, min_value, frame.depth)
-        doubt = confidence_doubt(values, min_value)
-    if doubt:
+    if confidence is None or min_value is None:
+        note = UNUSED_CONFIDENCE if confidence is not None else "" if min_value is None else NO_CONFIDENCE_MAP
+        return replace(frame, notes=(*frame.notes, note)) if note else frame
+    values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+    values = undistorted(values, frame, of_depth=True)
+    low, note = low_confidence(values, min_value, frame.depth)
+    frame = replace(frame, invalid_mask=low, notes=(*frame.notes, note))
+    if doubt := confidence_doubt(values, min_value):
         report(doubt)
-        frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))
-    found = tuple(text for text in (note, doubt) if text)
-    return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
+        doubts = (*frame.plausibility_warnings, doubt)
+        frame = replace(frame, notes=(*frame.notes, doubt), plausibility_warnings=doubts)
+    return frame
 
 
 def read_raw_pair(ref: FrameRef) -> RawPair:

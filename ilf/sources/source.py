@@ -114,20 +114,11 @@ class Source:
             return ending[0]
         if ending:
             raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
-        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}.{self._lack(name)}"
-        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
-
-    def _lack(self, name: str) -> str:
-        """What an image of a name lacks to be a frame, as a sentence after a space; "" if it is not known."""
         if self._frames[self.keys[0]].frame is not None:
             with opened(self.path) as recording:
-                return recording.lack(name)
-        if isinstance(self.path, Address):
-            return ""
-        folders = {(self.path / key).parent for key in (name, *self.keys)}
-        files = (file for folder in sorted(folders) if folder.is_dir() for file in folder.iterdir())
-        file = next((file for file in files if file.stem == Path(name).name and file.is_file()), None)
-        return "" if file is None else f" No depth file, or more than one, matches {file}."
+                raise recording.unknown(name)
+        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}"
+        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}; an image without its partner is none.")
 
     def ref(self, key: str) -> FrameRef:
         """The location of a frame and its reading options; raises InputError as `find`."""
