@@ -31,7 +31,8 @@ from .depth import (
     read_depth_values,
     without_channel,
 )
-from .depth_reading import decoded, marker_doubt
+from .depth_doubts import marker_doubt
+from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_npy, read_npz
 from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide

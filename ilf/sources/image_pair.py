@@ -13,12 +13,12 @@ from ..data.camera import Camera, Cameras, camera_doubt
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError
 from ..io.cameras import depth_place, frame_camera, lens_from
+from ..io.depth_doubts import is_named_distance
 from ..io.depth_reading import DepthReading, interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, turned
 from ..io.labels import read_mask
 from ..io.orientation import AS_STORED, pair_orientation
-from ..io.other_values import is_named_distance
 from .frame_folder import FrameFiles
 from .naming import META_NAME
 from .read_images import ReadImages
