@@ -48,9 +48,10 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     Parameters
     ----------
     spec : None, Camera, str, path, sequence, mapping or ndarray
-        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
-        a 3 x 3 matrix, row by row or column by column; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as
-        "intrinsic_matrix"; or the path of a file, see `read_camera_file`, followed by #NAME for one of its cameras.
+        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy", which may be
+        followed by the width and height of the image that they are for; a 3 x 3 matrix, row by row or column by column;
+        {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as "intrinsic_matrix"; or the path of a file, see
+        `read_camera_file`, followed by #NAME for one of its cameras.
     shape : (int, int), optional
         (H, W) of the frame. Numbers with a known image size (presets; mappings with "width" and "height") are
         scaled to it.
@@ -77,6 +78,12 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     182.728
     """
     return None if spec is None else as_camera(_stated(spec), shape)
+
+
+def sized_camera(spec: IntrinsicsSpec) -> Camera:
+    """The same with the size of the image that they are for, if it is stated, and not scaled."""
+    camera = camera_of(_stated(spec), None)
+    return replace(camera.pinhole, size=camera.size)
 
 
 def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> tuple[Camera | None, tuple[str, ...]]:
@@ -127,10 +134,19 @@ def _stated(spec: IntrinsicsSpec) -> Any:
     return spec
 
 
+_NUMBERS = re.compile(r"[-+\d.,eE\s]*,[-+\d.,eE\s]*")
+
+
+def is_numbers(text: str) -> bool:
+    """Whether a text states intrinsics by numbers, not by the name of a file or a preset."""
+    return _NUMBERS.fullmatch(text) is not None
+
+
 def _from_text(text: str) -> Camera:
     with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
-        numbers = [float(part) for part in text.split(",")]
-    return camera_from_numbers(numbers, name="")
+        fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
+        width, height = more or (0, 0)
+        return Camera(fx, fy, cx, cy, size=(int(width), int(height)) if more else None)
 
 
 def _split(text: str) -> tuple[str, str]:

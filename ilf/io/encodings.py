@@ -251,7 +251,7 @@ def _packed(name: str, text: str) -> DepthEncoding:
     return DepthEncoding(f"{name}:{far!r}", 1.0, decode, far, _PACKED[name])
 
 
-def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = None) -> str:
+def ray_encoding(units: float, camera: Camera) -> str:
     """The name of the encoding of distances along the rays of a camera.
 
     Parameters
@@ -259,8 +259,7 @@ def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = No
     units : float
         File units per metre.
     camera : Camera
-    size : (int, int), optional
-        Width and height [px] of the image that the intrinsics apply to; other images are scaled. None: any image.
+        If it has a size, other images are scaled to it.
 
     Examples
     --------
@@ -269,7 +268,7 @@ def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = No
     >>> encoding_of("ray:1,3,3,0,0").metres(np.full((1, 5), 5.0))[0, [0, 4]].tolist()
     [5.0, 3.0]
     """
-    numbers = units, camera.fx, camera.fy, camera.cx, camera.cy, *(size or ())
+    numbers = units, camera.fx, camera.fy, camera.cx, camera.cy, *(camera.size or ())
     return f"{_RAY}:{','.join(repr(float(number)) for number in numbers)}"
 
 
@@ -290,7 +289,7 @@ def _along_rays(text: str) -> DepthEncoding:
         x, y = (np.arange(width) - seen.cx) / seen.fx, (np.arange(height) - seen.cy) / seen.fy
         return np.asarray(values.astype(np.float64) / np.sqrt(1 + x**2 + y[:, None] ** 2))
 
-    return DepthEncoding(ray_encoding(checked_units(units), camera, camera.size), units, decode)
+    return DepthEncoding(ray_encoding(checked_units(units), camera), units, decode)
 
 
 _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {

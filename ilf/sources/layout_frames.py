@@ -13,14 +13,14 @@ from typing import NamedTuple, cast
 
 from .._runtime.formatting import counted
 from .._runtime.named_places import named_in
-from ..data.camera import Camera, camera_of, is_preset
+from ..data.camera import is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, is_numbers, sized_camera
 from ..io.encodings import ray_encoding
 from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
 from .frame_ref import FrameRef
-from .layout import GIVEN, LIST_SUFFIX, Layout, camera_numbers
+from .layout import GIVEN, LIST_SUFFIX, Layout
 from .pairing import Pairs, natural
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
@@ -203,15 +203,12 @@ class LayoutFrames:
 
     def _camera(self, texts: str, frame: _Frame) -> IntrinsicsSpec | None:
         """The intrinsics that a layout's text states, or those of the file that it names."""
-        found = (self._camera_of(text, frame) for text in texts.split("|"))
+        found = (self._camera_of(text, frame) for text in texts.split("|") if text)
         return next((camera for camera in found if camera is not None), None)
 
     def _camera_of(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
-        numbers = camera_numbers(text)
-        if not text or is_preset(text):
-            return text or None
-        if numbers is not None:
-            return numbers if len(numbers) > 4 else camera_of(numbers, None, self._layout.name)
+        if is_preset(text) or is_numbers(text):
+            return text
         pattern, _, entry = text.partition(ENTRY_MARK)
         path = self._beside(pattern, frame)
         if path is None:
@@ -258,7 +255,4 @@ def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
     """The encoding of distances along the rays of a camera."""
     if camera is None:
         raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
-    intrinsics = intrinsics_from(camera)
-    assert isinstance(intrinsics, Camera)
-    size = (int(camera["width"]), int(camera["height"])) if isinstance(camera, Mapping) and "width" in camera else None
-    return ray_encoding(units, intrinsics, size)
+    return ray_encoding(units, sized_camera(camera))

@@ -18,7 +18,7 @@ from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
-from ..io.cameras import IntrinsicsSpec, frame_camera
+from ..io.cameras import IntrinsicsSpec
 from ..io.depth_reading import DepthReading
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import (
@@ -35,12 +35,11 @@ from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
-from .image_pair import depth_of_files, read_files
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
 from .own_results import COMPLETED_DEPTH, is_result
 from .pairing import time_of
-from .read_images import read_recorded
+from .read_images import depth_of_files, read_files, read_recorded
 from .reading_options import OPTIONS, ReadingOptions
 from .registration import RawPair
 
@@ -204,14 +203,9 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
             lacking = "no depth_units_per_m (1000 for millimetres) and no depth_encoding"
             raise FormatError(f"{Path(ref.rgb) / META_NAME} has {lacking}: add one, or give depth units.")
         images = read_files(files, ref.options, name)
-        loaded = images.frame()
     else:
         images, chosen = read_recorded(ref, name), ref.options
-        stated = chosen.intrinsics if images.inputs.lenses is None else None  # or else it is that of the lens
-        camera, notes = frame_camera(stated, images.shape)
-        if camera is None and notes:
-            raise InputError(notes[0])
-        loaded = images.frame(camera, notes)
+    loaded = images.frame()
     if is_result(ref):
         loaded = replace(loaded, notes=(*loaded.notes, f"{ref.depth or ref.rgb}: {COMPLETED_DEPTH}"))
     for text in (*images.warnings, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):

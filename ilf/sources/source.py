@@ -23,10 +23,10 @@ from ..io.encodings import EncodingSpec
 from .copies import copied
 from .frame_folder import frame_folder
 from .frame_ref import FrameRef
-from .image_pair import pose_of_files
 from .listing import list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
+from .read_images import pose_of_files
 from .reading import files_of, read_frame, read_raw_pair
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
@@ -117,8 +117,8 @@ class Source:
         if self._frames[self.keys[0]].frame is not None:
             with opened(self.path) as recording:
                 raise recording.unknown(name)
-        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}"
-        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}; an image without its partner is none.")
+        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
+        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
 
     def ref(self, key: str) -> FrameRef:
         """The location of a frame and its reading options; raises InputError as `find`."""
