@@ -11,7 +11,7 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, natural
 from .._runtime.named_places import named_in
 from ..data.camera import is_preset
 from ..errors import InputError
@@ -21,7 +21,7 @@ from ..io.encodings import ray_encoding
 from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
 from .frame_ref import FrameRef
 from .layout import GIVEN, LIST_SUFFIX, Layout
-from .pairing import Pairs, natural
+from .pairing import Pairs
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
 

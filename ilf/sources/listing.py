@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, natural
 from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
@@ -25,7 +25,7 @@ from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
 from .own_results import is_result
-from .pairing import natural, paired, paired_by_time, split_by_kind, time_of, why_unpaired
+from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
 

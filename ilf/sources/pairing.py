@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, natural
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 from .times import associated, gap_text
 
@@ -37,17 +37,6 @@ class Pairs(NamedTuple):
             if count
         ]
         return [*notes, f"Left out: {shared_text(self.shared)}."] if self.shared else notes
-
-
-def natural(name: str) -> str:
-    """Sort key for natural order.
-
-    Examples
-    --------
-    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
-    ['frame-1', 'Frame-2', 'frame-10']
-    """
-    return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
 
 
 def split_by_kind(names: Iterable[str]) -> tuple[list[str], list[str]]:

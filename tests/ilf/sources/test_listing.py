@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from gui.features.frame_list.thumbnails import read_thumbnail, thumbnail_of
+from ilf._runtime.formatting import natural
 from ilf.errors import FormatError, InputError
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
-from ilf.sources.pairing import natural, paired
+from ilf.sources.pairing import paired
 from ilf.sources.source import open_source
 
 
