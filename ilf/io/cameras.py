@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
+import msgspec
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
-from .._runtime.schema import Section
+from .._runtime.schema import converted
 from ..data.camera import (
     DISTORTION_NOTE,
     FISHEYE,
@@ -204,6 +204,13 @@ def depth_place(
 CAMERA_FILE = "scene_camera.json"
 
 
+class _SceneCamera(msgspec.Struct):
+    """The camera of an image, and millimetres per unit of its depth."""
+
+    cam_K: list[float]
+    depth_scale: Annotated[float, msgspec.Meta(gt=1e-300)]
+
+
 def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
     """Read the cameras of a scene: number of the image -> intrinsics, and millimetres per unit of its depth.
 
@@ -214,19 +221,10 @@ def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
     FormatError
         If it is damaged or contains something else.
     """
-    data = read_json(path)
-    if not isinstance(data, dict):
-        raise FormatError(f"{path} must contain a JSON object with cam_K and depth_scale for each image.")
     cameras = {}
-    for key, values in data.items():
+    for key, stated in converted(read_json(path), dict[str, _SceneCamera], f"file {path}").items():
         with told_as(FormatError, f"{path}, entry {key!r:.40}: {{error}}", (InputError, ValueError)):
-            if not (isinstance(values, dict) and key.isdecimal()):
-                raise FormatError("it must be a JSON object under the number of an image.")
-            entry = Section(f"entry {key}", values)
-            scale = entry.get("depth_scale", float)
-            if not (scale > 0 and math.isfinite(1000 / scale)):
-                raise FormatError(f"depth_scale must be positive millimetres, not {scale:g}.")
-            cameras[int(key)] = camera_from_numbers(entry.items("cam_K", float), ""), scale
+            cameras[int(key)] = camera_from_numbers(stated.cam_K, ""), stated.depth_scale
     return cameras
 
 

@@ -181,10 +181,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         if kind in _WITH_NUMBERS:
             raise ParameterError(f"{spec!r:.80} must be {ENCODING_DESCRIPTIONS[kind]}.") from error
         hint = did_you_mean(name, ENCODING_DESCRIPTIONS)
-        raise ParameterError(
-            f"There is no depth encoding {spec!r:.60}.{hint} Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or a "
-            "number of file units per metre."
-        ) from error
+        known = f"{', '.join(ENCODING_DESCRIPTIONS)}, or a number of file units per metre"
+        raise ParameterError(f"There is no depth encoding {spec!r:.60}.{hint} Give one of {known}.") from error
 
 
 # Encodings with numbers of their own. What makes them raises ValueError if these are none.
@@ -235,9 +233,7 @@ def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
     share = values.astype(np.float64) / (UINT16_MAX if values.dtype == np.uint16 else 1)
     largest = np.max(share, initial=0.0, where=np.isfinite(share))
     if largest > 1 + _ROUNDING:
-        raise FormatError(
-            f"This depth encoding applies to 0 to 1, or 16-bit integers, not to {largest:g}. Give another."
-        )
+        raise FormatError(f"This encoding applies to 0 to 1, or 16-bit integers, not to {largest:g}. Give another.")
     return share
 
 
@@ -341,9 +337,8 @@ def _kind(name: str) -> str:
 def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
     """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
-        raise ParameterError(
-            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given: give only one of them."
-        )
+        both = f"a depth encoding ({encoding}) and depth units ({depth_units})"
+        raise ParameterError(f"Both {both} are given: give only one of them.")
     return encoding if depth_units is None else checked_units(depth_units)
 
 

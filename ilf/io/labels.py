@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
-from .._runtime.formatting import grouped, natural
+from .._runtime.formatting import counted, natural
 from .._runtime.writing import write_bytes
 from ..data.blocks import BlockInfo, Blocks, block_colour
 from ..data.label_map import Box, labels_in, union
@@ -129,11 +129,11 @@ def stacked(path: object, shape: tuple[int, int], candidates: Sequence[Candidate
     overlap = int(np.count_nonzero(in_several))
     found = [*notes]
     if overlap:
-        found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: the smallest is used.")
+        found.append(f"In several shapes: {counted(overlap, 'pixel')}, of which the smallest shape is used.")
     if hidden:
-        found.append(f"{_counted(hidden, 'shape is', 'shapes are')} left out: smaller shapes cover all pixels.")
+        found.append(f"{counted(hidden, 'shape')} left out: smaller shapes cover all pixels.")
     if empty:
-        found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel centre lies inside.")
+        found.append(f"{counted(empty, 'shape')} left out: no pixel centre lies inside.")
     if not left:
         found.append(f"{path} contains no blocks.")
     infos = {
@@ -185,10 +185,6 @@ def _numbers(wanted: Sequence[int | None]) -> list[int]:
         return [*range(1, len(wanted) + 1)]
     free = itertools.filterfalse(set(given).__contains__, itertools.count(1))
     return [next(free) if number is None else number for number in wanted]
-
-
-def _counted(count: int, one: str, several: str) -> str:
-    return f"{grouped(count)} {one if count == 1 else several}"
 
 
 # A folder of masks, one PNG each, as written for an image by segment-anything and many other programs.

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
-from .._runtime.formatting import counted, natural
+from .._runtime.formatting import natural
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
-from .times import associated, gap_text
+from .times import associated, gap_text, left_out
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
@@ -30,12 +30,7 @@ class Pairs(NamedTuple):
 
     def notes(self, match_condition: str) -> list[str]:
         """Notes on files that were left out: they lack a file of the other kind of that name, or within a time."""
-        counts = (("colour", "depth", self.unmatched_colours), ("depth", "colour", self.unmatched_depths))
-        notes = [
-            f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
-            for what, other, count in counts
-            if count
-        ]
+        notes = left_out(self.unmatched_colours, self.unmatched_depths, match_condition)
         return [*notes, f"Left out: {shared_text(self.shared)}."] if self.shared else notes
 
 
