@@ -25,11 +25,11 @@ def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[
     """Yield an OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn if there are normals,
     and f for each triangle. The format does not support scalars."""
     yield f"# ILF Studio\n# unit {unit}, axes {axes}\n".encode()
-    for rows in rows_of(mesh.vertices, axes, unit):
-        yield lines_of(coloured(rows), f"v {COLOURED_LINE}")
-    has_normals = mesh.vertices.normals is not None
-    for rows in rows_of(mesh.vertices, axes, unit) if has_normals else ():
-        yield lines_of(rows[["nx", "ny", "nz"]], "vn %.6g %.6g %.6g")
+    rows, has_normals = rows_of(mesh.vertices, axes, unit), mesh.vertices.normals is not None
+    for part in pieces(rows):
+        yield lines_of(coloured(part), f"v {COLOURED_LINE}")
+    for part in pieces(rows) if has_normals else ():
+        yield lines_of(part[["nx", "ny", "nz"]], "vn %.6g %.6g %.6g")
     corner = "%d//%d" if has_normals else "%d"
     for some in pieces(mesh.faces):
         yield lines_of(np.repeat(some + 1, 2 if has_normals else 1, axis=1), f"f {corner} {corner} {corner}")
