@@ -191,12 +191,9 @@ def depth_place(
     file = Path(_split(os.fspath(depth))[0]) if isinstance(depth, str | os.PathLike) else None
     if file is None or not file.is_file() or not _PLACES.search(read_file(file).data.tobytes()):
         return np.eye(4), False, ()
-    doubt = (
-        f"{file} also states where the cameras are, which is not used: depth is registered as if they were in one "
-        "place, and its edges may lie some pixels beside those of colour. If they do, name both cameras in that file, "
-        "or have depth aligned to colour where it is recorded."
-    )
-    return np.eye(4), False, (doubt,)
+    told = f"{file} also states where the cameras are, but depth is registered as if they were in one place"
+    remedy = "If its edges lie beside those of colour, name both cameras in that file, or record aligned depth."
+    return np.eye(4), False, (f"{told}. {remedy}",)
 
 
 # Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.

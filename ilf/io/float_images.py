@@ -120,18 +120,14 @@ def encode_exr(depth: NDArray[np.float32]) -> bytes:
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
     """Return the depth channels of the first part; raise FormatError if there are none, or too many pixels."""
     for header in headers:
-        check_memory(file, *_size(header["dataWindow"]))
+        least, most = np.array(header["dataWindow"], np.int64)
+        check_memory(file, *(most - least + 1).tolist())
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
         raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in first["channels"]):
         raise FormatError(f"{file}: some of its channels are subsampled. {_REMEDY}")
     return _depth_channels(file, [channel.name for channel in first["channels"]])
-
-
-def _size(window: tuple[NDArray[np.int32], NDArray[np.int32]]) -> tuple[int, int]:
-    least, most = ([int(number) for number in corner] for corner in window)
-    return most[0] - least[0] + 1, most[1] - least[1] + 1
 
 
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:

@@ -361,7 +361,7 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         given = f"{values.dtype} of shape {values.shape}"
         raise FormatError(f"{content}: a confidence map must have one number per pixel, not {given}.")
-    remedy = "It must have the same pixels; where depth is registered on reading, those of --view depth."
+    remedy = "A confidence map must have the same pixels: of depth that is registered, its own (--view depth)."
     check_shape(str(content), values.shape, shape, "the depth", remedy)
     return values
 

@@ -105,12 +105,8 @@ def pair_orientation(
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
     if is_pfm:
         return _UNTURNED  # nearly all are from the bottom up
-    return (
-        AS_STORED,
-        f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "
-        "way. If colour and depth do not fit, save that file again as an image that is upright.",
-        True,
-    )
+    told = f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide as well either way"
+    return AS_STORED, f"{told}. If they do not fit, save that file again as an image that is upright.", True
 
 
 def _decided(named: str, tags: Tags, is_applied: bool, reason: str) -> tuple[Tags, str, bool]:

@@ -119,19 +119,15 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
     rgb = _named_image(root, stated.rgb, stated.run) or _image_in(root, "rgb", COLOUR_SUFFIXES)
     named_depth, dataset = split_dataset(stated.depth or "")
-    hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
-    hint = hint if os.path.isfile(root / "gt.png") else ""
-    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES)
     description, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
     truth = _ground_truth_in(root, description)
-    guide = _named_image(root, stated.guide) or _found(root, "guide", GUIDE_SUFFIXES)
-    confidence = _named_image(root, stated.confidence) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
     options = replace(
         options,
         dataset=dataset,
         ground_truth=None if truth is None else with_dataset(truth, truth_dataset),
-        guide=None if guide is None else str(guide),
-        confidence=None if confidence is None else str(confidence),
+        guide=_beside(root, stated.guide, "guide", GUIDE_SUFFIXES),
+        confidence=_beside(root, stated.confidence, "confidence", CONFIDENCE_SUFFIXES),
     )
     size, outside_view = stated.size, _named_image(root, stated.outside_view)
     return FrameFiles(rgb, depth, stated.name, options, size, outside_view, has_meta)
@@ -214,6 +210,12 @@ def _ground_truth_in(root: Path, description: str | None) -> Path | None:
     return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
 
 
+def _beside(root: Path, named: str | None, stem: str, suffixes: tuple[str, ...]) -> str | None:
+    """A further file of a frame folder: as listed in meta.json, or by its usual name; None if there is none."""
+    found = _named_image(root, named) or _found(root, stem, suffixes)
+    return None if found is None else str(found)
+
+
 def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:
     """An image listed in meta.json: at its path, or in the folder under its file name; None if none is listed. If it is
     the colour of a run, the run's record states its hash."""
@@ -234,12 +236,12 @@ def _recorded_colour_sha256(record: Path) -> str:
         return ""
 
 
-def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") -> Path:
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path:
     if path := _found(root, stem, suffixes):
         return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
-    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}. Add it.")
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:

@@ -61,8 +61,11 @@ class LayoutFrames:
         self._layout, self._folders = layout, folders
         self._camera_file, self._shared = cache(read_camera_file), cache(self._found_above)
         self._trajectories: dict[str, Trajectory] = {}
+        self._colours, self._depths = self._files(layout.rgb, is_depth=False), self._files(layout.depth, is_depth=True)
         self.unmatched = Pairs([], 0, 0)
-        """Numbers of colour and depth files without the other, after `sources`."""
+        """Numbers of colour and depth files without the other."""
+        self.frames = self._frames()
+        """Colour and depth files that belong together."""
         self.not_found: tuple[str, ...] = ()
         """Keys of the layout of whose files none was found, after `sources`."""
 
@@ -76,8 +79,6 @@ class LayoutFrames:
         FormatError
             If a file of intrinsics or poses is damaged.
         """
-        frames = self._frames()
-        poses = self._poses(frames)
         root, patterns = self._folders.root, (self._layout.rgb, self._layout.depth)
         stated_in = root if any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text)) else None
         sources = [
@@ -87,7 +88,7 @@ class LayoutFrames:
                 options=given.or_else(self._options(frame, pose, given)),
                 stated_in=stated_in,
             )
-            for frame, pose in zip(frames, poses, strict=True)
+            for frame, pose in zip(self.frames, self._poses(self.frames), strict=True)
         ]
         self.not_found = tuple(
             f"{key}={text}"
@@ -97,21 +98,14 @@ class LayoutFrames:
         return sources
 
     @property
-    def has_frames(self) -> bool:
-        """Whether there are colour and depth files that belong together."""
-        return bool(self._frames())
-
-    @property
     def counts(self) -> str:
         """How many files match the patterns of colour and depth, for messages."""
-        patterns = self._layout.rgb, self._layout.depth
-        files = ((text, self._files(text, at == 1)) for at, text in enumerate(patterns))
+        files = (self._layout.rgb, self._colours), (self._layout.depth, self._depths)
         told = [f"{text} matches {counted(len(found), 'file')}" for text, found in files]
         return f"{' and '.join(told)}, of which none belong together"
 
     def _frames(self) -> list[_Frame]:
-        """Colour and depth files that belong together."""
-        colours, depths = self._files(self._layout.rgb, is_depth=False), self._files(self._layout.depth, is_depth=True)
+        colours, depths = self._colours, self._depths
         if not (colours and depths):
             return []
         shared = colours[0][1].keys() & depths[0][1].keys()

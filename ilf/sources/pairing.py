@@ -208,7 +208,5 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
     """The rest of a sentence on files that share a name: what to do about them."""
     groups = [" and ".join(names) for names in shared]
     told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
-    return (
-        f"some files, but for punctuation and ending, have the same name ({told}): leave one of each out, or give "
-        "their endings (--layout)"
-    )
+    same = f"some files, but for punctuation and ending, have the same name ({told})"
+    return f"{same}: leave one of each out, or give their endings (--layout)"

@@ -280,10 +280,8 @@ def _doubt_of_registration(options: ReadingOptions, depth: Camera | None, shape:
     differences = np.abs(np.subtract(colour.numbers, depth.numbers)) / (depth.fx, depth.fy, width, height)
     if differences.max() <= _SAME_CAMERA:
         return ()
-    return (
-        f"Colour and depth are taken as registered, with the camera of depth (fx {depth.fx:g}), but that of colour "
-        f"differs (fx {colour.fx:g}). Give --view colour, or depth, to register them; or leave out --depth-intrinsics.",
-    )
+    told = f"Colour and depth count as registered, but their cameras differ (fx {colour.fx:g}, {depth.fx:g})"
+    return (f"{told}. Give --view colour, or depth, to register them; or leave out --depth-intrinsics.",)
 
 
 def _lenses(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,8 +31,6 @@ from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .registration import RawPair
 from .times import MAX_TIME_GAP_S
-
-_ONE_CAMERA_NOTE = "Where the two cameras are is not known: both count as one, and edges may lie some pixels apart."
 
 
 class Source:
@@ -195,11 +192,7 @@ class Source:
     def read_pair(self, key: str) -> RawPair:
         """Read colour and depth of a frame as captured by its two cameras; raises as `read`, and InputError if the
         cameras are not known."""
-        ref = self.ref(key)
-        pair = read_raw_pair(ref)
-        if self.is_registered or ref.frame is not None or pair.colour_camera != pair.depth_camera:
-            return pair
-        return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
+        return read_raw_pair(self.ref(key))
 
 
 def open_source(

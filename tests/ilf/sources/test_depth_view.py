@@ -208,7 +208,7 @@ def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp
     given = write_files(tmp_path / "files") | {"depth_intrinsics": (60.0, 60.0, 31.5, 27.5)}
     np.save(str(given["depth"]), np.full((H, W), 2.0, np.float32))
     del given["view"]
-    with pytest.warns(ilf.DepthWarning, match="taken as registered.*--view colour"):
+    with pytest.warns(ilf.DepthWarning, match="count as registered.*--view colour"):
         doubted = ilf.load_frame(**given)
     assert doubted.known.all()
     assert "--view colour" in doubted.notes[0]
