@@ -132,7 +132,9 @@ def checked_depth_values(values: NDArray[Any], path: object) -> NDArray[Any]:
     if values.dtype.kind in "iu" and values.dtype.itemsize == 1:
         raise eight_bit_error(path, values.shape[2] if values.ndim == 3 else 1)
     if values.ndim != 2 or values.size == 0:
-        raise FormatError(f"{path}: depth must have the shape (H, W), not {values.shape}. Export raw depth.")
+        raise FormatError(
+            f"{path}: depth must have the shape (H, W), not {values.shape}. Export one channel of raw depth."
+        )
     if values.dtype.kind not in "iuf":
         raise FormatError(f"{path}: depth must be real numbers, not {values.dtype}. Save it as float32 metres.")
     return values

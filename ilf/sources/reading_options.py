@@ -107,8 +107,8 @@ class ReadingOptions:
     intrinsics: IntrinsicsSpec | None = _option(
         label="intrinsics",
         metavar="CAMERA",
-        help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
-        f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
+        help="camera preset, fx,fy,cx,cy[,width,height] or a file (JSON, YAML, OpenCV's, numbers as text or NPY; "
+        f"FILE#NAME for one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
     )
     depth_intrinsics: IntrinsicsSpec | None = _option(
         label="depth intrinsics",

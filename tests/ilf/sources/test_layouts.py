@@ -558,7 +558,7 @@ def test_poses_of_a_file_in_order_belong_to_the_numbers_of_fewer_frames(tmp_path
     source = ilf.open_source(tmp_path / "room0")
     assert source.keys == ("results/frame000001",)
     assert np.allclose(source[0].pose, _poses(2)[1])
-    assert "1 depth file left out" in source.notes[0]
+    assert "1 depth image left out" in source.notes[0]
 
 
 def test_own_layouts_precede_the_table(tmp_path, no_own_layouts):
