@@ -269,7 +269,7 @@ def test_what_cannot_be_written_is_said(tmp_path):
             write_blocks(tmp_path / path, labels, format=format)
     with pytest.raises(ExportError, match="0 to 65535"):
         write_blocks(tmp_path / "a.json", labels * 70_000)
-    with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use the label map of 16 bits"):
+    with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use a label map of 16 bits"):
         write_blocks(tmp_path / "a.png", labels * 256, format="palette")
     assert not list(tmp_path.iterdir())
 
