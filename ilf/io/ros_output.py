@@ -109,7 +109,9 @@ class DepthRecorder(Closeable):
         self._writer.start("ros2", "ilf")
         self._channels: dict[str, int] = {}
         self._end = 0
-        with told_as(ExportError, f"{self.path} cannot be written ({{error}}). Choose another name.", OSError):
+        if self.path.exists():
+            raise ExportError(f"{self.path} already exists. Choose another name.")
+        with told_as(ExportError, f"{self.path} could not be written: {{error}}. Choose another place.", OSError):
             self._file = open(self.path, "xb", buffering=0)  # noqa: SIM115 - closed by `close`
         self._finish_moment()
 

@@ -20,7 +20,7 @@ def test_a_recording_becomes_a_recording(tmp_path, cli):
         assert np.array_equal(frame.rgb, before.rgb)
         assert np.isfinite(frame.depth).all()
         assert np.array_equal(frame.depth[before.known], before.depth[before.known])
-    assert "File exists" in cli("stream", source, "--out", out, status=1).err
+    assert "already exists" in cli("stream", source, "--out", out, status=1).err
 
 
 def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path, capsys):

@@ -65,7 +65,7 @@ def test_the_file_is_readable_after_every_frame(tmp_path):
     source = ilf.open_source(path)
     assert source.timestamps == (0.1, 0.2, 0.3)
     assert source.calibration(source.keys[0]).colour.pinhole == CAMERA
-    with pytest.raises(ilf.IlfError, match="exists"):
+    with pytest.raises(ilf.IlfError, match="already exists"):
         DepthRecorder(path)
 
 
