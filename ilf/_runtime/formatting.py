@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import SupportsFloat, SupportsInt
 
 UNKNOWN = "\u2013"
@@ -84,3 +85,14 @@ def as_float(number: SupportsFloat) -> float:
         return float(number)
     except OverflowError:
         return math.inf
+
+
+def natural(name: str) -> str:
+    """Sort key for natural order.
+
+    Examples
+    --------
+    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
+    ['frame-1', 'Frame-2', 'frame-10']
+    """
+    return re.sub(r"\d+", lambda number: number[0].zfill(20), name.casefold())

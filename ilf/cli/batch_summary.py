@@ -11,7 +11,7 @@ from ..batch.engine import Sink
 from ..batch.frame_record import FrameOutcome
 from ..completion.confidence.expected_error import MEDIAN_NAME
 from ..errors import IlfError
-from ..io.depth_reading import unique_warnings
+from ..io.depth_doubts import unique_warnings
 from .output import Bar, warn
 
 _MAX_LISTED = 5

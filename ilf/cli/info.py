@@ -21,7 +21,7 @@ from ..batch.shard_files import check_shards
 from ..data.parameters import PRESETS
 from ..data.presets import list_presets, presets_folder
 from ..errors import IlfError, InputError
-from ..io.depth_reading import unique_warnings
+from ..io.depth_doubts import unique_warnings
 from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
 from ..sources.copies import restored

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import base64
-import binascii
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -117,30 +117,20 @@ def _check_size(what: str, height: Any, width: Any, shape: tuple[int, int]) -> N
 
 def _chosen_image(path: Path, images: list[dict[str, Any]], image: Path | None) -> dict[str, Any]:
     """Return the image whose path agrees best with the frame's colour file, compared from the end."""
-    if len(images) == 1:
-        return images[0]
-    if image is not None:
-        alike = [_alike(_name(one), image) for one in images]
-        best = max(alike)
-        if best > 0 and alike.count(best) == 1:
-            return images[alike.index(best)]
-    shown = ", ".join(repr(_name(one)) for one in images[:_IMAGES_SHOWN])
-    more = f" and {len(images) - _IMAGES_SHOWN} more" if len(images) > _IMAGES_SHOWN else ""
-    sought = "the frame" if image is None else f"the frame's colour file {image.name!r}"
-    raise InputError(
-        f"{path} contains {len(images)} images ({shown}{more}); none clearly matches {sought}. Export only the image "
-        "of this frame, or rename the colour file to match."
-    )
+    alike = [0 if image is None else _alike(_name(one), image) for one in images]
+    best = max(alike)
+    if len(images) == 1 or (best > 0 and alike.count(best) == 1):
+        return images[alike.index(best)]
+    shown = ", ".join(repr(_name(one)) for one in images[:_IMAGES_SHOWN]) + ", ..." * (len(images) > _IMAGES_SHOWN)
+    told = f"{path} contains {len(images)} images ({shown}), and which is that of the frame is not clear"
+    raise InputError(f"{told}. Export that one alone, or rename the colour file to match.")
 
 
 def _alike(name: str, image: Path) -> int:
     """Return how far two paths agree, compared from the end; an equal stem, or folder name, counts least."""
     stated = Path(name.replace("\\", "/"))
-    common = 0
-    for one, other in zip(reversed(stated.parts), reversed(image.parts), strict=False):
-        if one != other:
-            break
-        common += 1
+    both = zip(reversed(stated.parts), reversed(image.parts), strict=False)
+    common = sum(1 for _ in takewhile(lambda parts: parts[0] == parts[1], both))
     return 2 * common if common else int(stated.stem in {image.stem, image.parent.name})
 
 
@@ -161,15 +151,15 @@ def _categories(categories: Any) -> dict[object, str]:
 def _stacked(
     path: Path, annotations: list[dict[str, Any]], shape: tuple[int, int], categories: Mapping[object, str]
 ) -> Blocks:
-    outlined = [(number, one) for number, one in enumerate(annotations, 1) if one.get("segmentation")]
     candidates: list[Candidate] = []
-    for number, one in outlined:
-        category, own = one.get("category_id"), one.get("id")
-        name = categories.get(category, "") if isinstance(category, (int, str)) else ""
-        where = f"{path}: annotation {own if type(own) is int else number}" + f" ({name!r:.40})" * bool(name)
-        parts = _coco_parts(one["segmentation"], where, shape)
-        candidates.append((name, own if type(own) is int else None, parts))
-    boxes = len(annotations) - len(outlined)
+    for number, one in enumerate(annotations, 1):
+        if outline := one.get("segmentation"):
+            own = one.get("id") if type(one.get("id")) is int else None
+            category = one.get("category_id")
+            name = categories.get(category, "") if isinstance(category, (int, str)) else ""
+            where = f"{path}: annotation {number if own is None else own}" + f" ({name!r:.40})" * bool(name)
+            candidates.append((name, own, _coco_parts(outline, where, shape)))
+    boxes = len(annotations) - len(candidates)
     notes = [f"Left out {counted(boxes, 'annotation')} without an outline, such as boxes."] if boxes else []
     return stacked(path, shape, candidates, notes)
 
@@ -212,14 +202,11 @@ def blocks_of_labelme(path: Path, content: dict[str, Any], shape: tuple[int, int
             continue
         group = one.get("group_id")
         groups.setdefault(number if group is None else (str(one.get("label")), str(group)), []).append((number, one))
-    candidates: list[Candidate] = [
-        (
-            str(shapes[0][1].get("label") or ""),
-            group if type(group := shapes[0][1].get("group_id")) is int else None,
-            _labelme_parts(path, shapes, shape),
-        )
-        for shapes in groups.values()
-    ]
+    candidates: list[Candidate] = []
+    for shapes in groups.values():
+        first = shapes[0][1]
+        group = first.get("group_id") if type(first.get("group_id")) is int else None
+        candidates.append((str(first.get("label") or ""), group, _labelme_parts(path, shapes, shape)))
     kinds = ", ".join(f"{count} {kind}" for kind, count in left_out.items())
     notes = [f"Left out shapes without an area: {kinds}."] if kinds else []
     return stacked(path, shape, candidates, notes)
@@ -283,9 +270,7 @@ def _part_of_circle(points: Points, shape: tuple[int, int]) -> Region | None:
 
 def _part_of_mask(encoded: Any, points: Points, where: str, shape: tuple[int, int]) -> Region | None:
     """Decode a mask, a PNG in base64, whose top left corner is the first point."""
-    with told_as(
-        InputError, f"{where} has no readable mask. Export it again.", (TypeError, ValueError, binascii.Error)
-    ):
+    with told_as(InputError, f"{where} has no readable mask. Export it again.", (TypeError, ValueError)):
         data = base64.b64decode(encoded, validate=True)
     source = FileContent(Path(where), np.frombuffer(data, np.uint8))
     header = image_header(source, data)

@@ -172,11 +172,8 @@ def encode_blocks(
 def palette_problem(labels: NDArray[np.int32]) -> str:
     """A sentence that labels have no place in a palette; "" if they have."""
     largest = int(labels.max(initial=0))
-    if largest <= _PALETTE_MAX:
-        return ""
-    return (
-        f"A palette has the labels 0 to {_PALETTE_MAX}, not {largest}: use the label map of 16 bits, COCO or labelme."
-    )
+    told = f"A palette has the labels 0 to {_PALETTE_MAX}, not {largest}: use a label map of 16 bits, COCO or labelme."
+    return told if largest > _PALETTE_MAX else ""
 
 
 def path_from(folder: Path, file: str | os.PathLike[str]) -> str:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
+import msgspec
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
-from .._runtime.schema import Section
+from .._runtime.schema import converted
 from ..data.camera import (
     DISTORTION_NOTE,
     FISHEYE,
@@ -48,9 +48,10 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     Parameters
     ----------
     spec : None, Camera, str, path, sequence, mapping or ndarray
-        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy";
-        a 3 x 3 matrix, row by row or column by column; {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as
-        "intrinsic_matrix"; or the path of a file, see `read_camera_file`, followed by #NAME for one of its cameras.
+        A preset name (see `INTRINSICS`); four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy", which may be
+        followed by the width and height of the image that they are for; a 3 x 3 matrix, row by row or column by column;
+        {fx, fy, cx, cy}; {"K": four numbers or a 3 x 3 matrix}, also as "intrinsic_matrix"; or the path of a file, see
+        `read_camera_file`, followed by #NAME for one of its cameras.
     shape : (int, int), optional
         (H, W) of the frame. Numbers with a known image size (presets; mappings with "width" and "height") are
         scaled to it.
@@ -77,6 +78,12 @@ def intrinsics_from(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None =
     182.728
     """
     return None if spec is None else as_camera(_stated(spec), shape)
+
+
+def sized_camera(spec: IntrinsicsSpec) -> Camera:
+    """The same with the size of the image that they are for, if it is stated, and not scaled."""
+    camera = camera_of(_stated(spec), None)
+    return replace(camera.pinhole, size=camera.size)
 
 
 def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> tuple[Camera | None, tuple[str, ...]]:
@@ -127,10 +134,19 @@ def _stated(spec: IntrinsicsSpec) -> Any:
     return spec
 
 
+_NUMBERS = re.compile(r"[-+\d.,eE\s]*,[-+\d.,eE\s]*")
+
+
+def is_numbers(text: str) -> bool:
+    """Whether a text states intrinsics by numbers, not by the name of a file or a preset."""
+    return _NUMBERS.fullmatch(text) is not None
+
+
 def _from_text(text: str) -> Camera:
     with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
-        numbers = [float(part) for part in text.split(",")]
-    return camera_from_numbers(numbers, name="")
+        fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
+        width, height = more or (0, 0)
+        return Camera(fx, fy, cx, cy, size=(int(width), int(height)) if more else None)
 
 
 def _split(text: str) -> tuple[str, str]:
@@ -175,17 +191,21 @@ def depth_place(
     file = Path(_split(os.fspath(depth))[0]) if isinstance(depth, str | os.PathLike) else None
     if file is None or not file.is_file() or not _PLACES.search(read_file(file).data.tobytes()):
         return np.eye(4), False, ()
-    doubt = (
-        f"{file} also states where the cameras are, which is not used: depth is registered as if they were in one "
-        "place, and its edges may lie some pixels beside those of colour. If they do, name both cameras in that file, "
-        "or have depth aligned to colour where it is recorded."
-    )
-    return np.eye(4), False, (doubt,)
+    told = f"{file} also states where the cameras are, but depth is registered as if they were in one place"
+    remedy = "If its edges lie beside those of colour, name both cameras in that file, or record aligned depth."
+    return np.eye(4), False, (f"{told}. {remedy}",)
 
 
 # Cameras of BOP scenes: scene_camera.json contains intrinsics and a depth scale for every image.
 
 CAMERA_FILE = "scene_camera.json"
+
+
+class _SceneCamera(msgspec.Struct):
+    """The camera of an image, and millimetres per unit of its depth."""
+
+    cam_K: list[float]
+    depth_scale: Annotated[float, msgspec.Meta(gt=1e-300)]
 
 
 def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
@@ -198,19 +218,10 @@ def read_cameras(path: Path) -> dict[int, tuple[Camera, float]]:
     FormatError
         If it is damaged or contains something else.
     """
-    data = read_json(path)
-    if not isinstance(data, dict):
-        raise FormatError(f"{path} must contain a JSON object with cam_K and depth_scale for each image.")
     cameras = {}
-    for key, values in data.items():
+    for key, stated in converted(read_json(path), dict[str, _SceneCamera], f"file {path}").items():
         with told_as(FormatError, f"{path}, entry {key!r:.40}: {{error}}", (InputError, ValueError)):
-            if not (isinstance(values, dict) and key.isdecimal()):
-                raise FormatError("it must be a JSON object under the number of an image.")
-            entry = Section(f"entry {key}", values)
-            scale = entry.get("depth_scale", float)
-            if not (scale > 0 and math.isfinite(1000 / scale)):
-                raise FormatError(f"depth_scale must be positive millimetres, not {scale:g}.")
-            cameras[int(key)] = camera_from_numbers(entry.items("cam_K", float), ""), scale
+            cameras[int(key)] = camera_from_numbers(stated.cam_K, ""), stated.depth_scale
     return cameras
 
 

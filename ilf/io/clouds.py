@@ -1,4 +1,4 @@
-"""Writing point clouds as PLY, PCD and XYZ, part by part, so that a large one is in memory only once."""
+"""Writing point clouds as PLY, PCD and XYZ, part by part, so that text and other columns of a large one stay small."""
 
 from __future__ import annotations
 
@@ -30,10 +30,9 @@ _EXACT = "%.9g"
 """Format with enough digits to restore every float32 exactly."""
 
 
-def rows_of(cloud: PointCloud, axes: str, unit: str) -> Iterator[NDArray[np.void]]:
-    """Yield the points as records, some at a time, in the axes and unit of the file: x, y, z; nx, ny, nz if there are
-    normals; red, green, blue, uint8; and the scalars under names that CloudCompare and MeshLab recognise, scalar_NAME
-    and quality.
+def rows_of(cloud: PointCloud, axes: str, unit: str) -> NDArray[np.void]:
+    """The points as records, in the axes and unit of the file: x, y, z; nx, ny, nz if there are normals; red, green,
+    blue, uint8; and the scalars under names that CloudCompare and MeshLab recognise, scalar_NAME and quality.
 
     Raises
     ------
@@ -52,15 +51,12 @@ def rows_of(cloud: PointCloud, axes: str, unit: str) -> Iterator[NDArray[np.void
         columns[f"scalar_{name}"] = values, scale if name in LENGTHS else 1.0
     if SHOWN_BY_MESHLAB in cloud.scalars:
         columns["quality"] = columns[f"scalar_{SHOWN_BY_MESHLAB}"]
-    kinds = [(name, "u1" if name in _COLOURS else "<f4") for name in columns]
-    for start in range(0, max(len(cloud), 1), _AT_ONCE):
-        some = slice(start, start + _AT_ONCE)
-        rows = np.empty(len(cloud.points[some]), kinds)
-        for name, (values, factor) in columns.items():
-            rows[name] = values[some]
-            if factor != 1:
-                rows[name] *= np.float32(factor)
-        yield rows
+    rows = np.empty(len(cloud), [(name, "u1" if name in _COLOURS else "<f4") for name in columns])
+    for name, (values, factor) in columns.items():
+        rows[name] = values
+        if factor != 1:
+            rows[name] *= np.float32(factor)
+    return rows
 
 
 def coloured(rows: NDArray[np.void]) -> NDArray[np.float32]:
@@ -79,9 +75,9 @@ def lines_of(rows: NDArray[Any], line: str) -> bytes:
     return (f"{line}\n" * len(rows) % tuple(numbers)).encode()
 
 
-def triangles_of(faces: NDArray[np.int32]) -> Iterator[NDArray[np.int32]]:
-    """Yield some triangles at a time."""
-    return (faces[start : start + _AT_ONCE] for start in range(0, len(faces), _AT_ONCE))
+def pieces(rows: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Yield some rows of an array at a time."""
+    return (rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE))
 
 
 # Clouds and meshes as PLY, with property names that CloudCompare and MeshLab display.
@@ -110,9 +106,8 @@ def ply_parts(
     ascii : bool
         Text, without loss of precision, instead of little-endian binary.
     """
-    parts = rows_of(vertices, axes, unit)
-    first = next(parts)
-    is_colour = {name: name in _COLOURS for name in first.dtype.names or ()}
+    rows = rows_of(vertices, axes, unit)
+    is_colour = {name: name in _COLOURS for name in rows.dtype.names or ()}
     header = [
         "ply",
         f"format {'ascii' if ascii else 'binary_little_endian'} 1.0",
@@ -125,9 +120,9 @@ def ply_parts(
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     yield "\n".join([*header, "end_header\n"]).encode()
     line = " ".join("%d" if colour else _EXACT for colour in is_colour.values())
-    for rows in chain([first], parts):
-        yield lines_of(rows, line) if ascii else rows.tobytes()
-    for some in () if faces is None else triangles_of(faces):
+    for part in pieces(rows):
+        yield lines_of(part, line) if ascii else part.tobytes()
+    for some in () if faces is None else pieces(faces):
         counted = np.empty(len(some), [("count", "u1"), ("vertices", "<i4", 3)])
         counted["count"], counted["vertices"] = 3, some
         yield lines_of(some, "3 %d %d %d") if ascii else counted.tobytes()
@@ -149,15 +144,15 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
     axes, unit, ascii
         As for `write_cloud`.
     """
-    parts = (_pcd_columns(rows) for rows in rows_of(cloud, axes, unit))
-    first = next(parts)
-    ones = " ".join("1" for _ in first)
+    rows = rows_of(cloud, axes, unit)
+    names = [*_pcd_columns(rows[:0])]
+    ones = " ".join("1" for _ in names)
     height, width = cloud.image_shape or (1, len(cloud))
     yield "\n".join(
         [
             "# .PCD v0.7 - Point Cloud Data file format",
             "VERSION 0.7",
-            f"FIELDS {' '.join(first)}",
+            f"FIELDS {' '.join(names)}",
             f"SIZE {ones.replace('1', '4')}",
             f"TYPE {ones.replace('1', 'F')}",
             f"COUNT {ones}",
@@ -168,9 +163,9 @@ def pcd_parts(cloud: PointCloud, *, axes: str = "camera", unit: str = "m", ascii
             f"DATA {'ascii' if ascii else 'binary'}\n",
         ]
     ).encode()
-    for columns in chain([first], parts):
-        rows = np.column_stack([*columns.values()])
-        yield lines_of(rows, " ".join([_EXACT] * len(columns))) if ascii else rows.tobytes()
+    for part in pieces(rows):
+        columns = np.column_stack([*_pcd_columns(part).values()])
+        yield lines_of(columns, " ".join([_EXACT] * len(names))) if ascii else columns.tobytes()
 
 
 def _pcd_columns(rows: NDArray[np.void]) -> dict[str, NDArray[np.float32]]:
@@ -238,7 +233,7 @@ def write_cloud(
     elif suffix == ".pcd":
         parts = pcd_parts(cloud, axes=axes, unit=unit, ascii=ascii)
     elif suffix == ".xyz":
-        parts = (lines_of(rows[[*"xyz"]], " ".join([_EXACT] * 3)) for rows in rows_of(cloud, axes, unit))
+        parts = (lines_of(rows[[*"xyz"]], " ".join([_EXACT] * 3)) for rows in pieces(rows_of(cloud, axes, unit)))
     else:
-        parts = (lines_of(coloured(rows), COLOURED_LINE) for rows in rows_of(cloud, axes, unit))
+        parts = (lines_of(coloured(rows), COLOURED_LINE) for rows in pieces(rows_of(cloud, axes, unit)))
     write_parts(path, parts)

@@ -111,10 +111,9 @@ def _joined_channels(file: FileContent, channels: str) -> NDArray[np.uint32]:
         raise FormatError(f"{file}: JPEG compression has changed the bits of its values. Export depth as PNG.")
     image = read_image(file)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] < len(channels):
-        raise FormatError(
-            f"{file}: depth in {len(channels)} channels of 8 bits was expected, but its pixels are {image.dtype} of "
-            f"shape {image.shape[2:] or 1}. Give the encoding of this file, or export it without conversion."
-        )
+        expected = f"depth in {len(channels)} channels of 8 bits was expected"
+        told = f"{file}: {expected}, not {image.dtype} of shape {image.shape}"
+        raise FormatError(f"{told}. Give the encoding of this file, or export it without conversion.")
     values = np.zeros(image.shape[:2], np.uint32)
     for at, channel in enumerate(channels):
         values |= image[..., "bgra".index(channel)].astype(np.uint32) << np.uint32(8 * at)  # the decoder's order
@@ -147,10 +146,8 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     what = "an 8-bit image" if channels == 1 else f"an 8-bit image, {channels} channels"
     bits = "rgb24:METRES as encoding (CARLA: rgb24:1000)" if channels == 3 else "float32 as encoding (TartanAir V2)"
     simulated = f" If a simulator put the bits of depth into them, give {bits}."
-    return FormatError(
-        f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel. If it is the "
-        f"colour image, the two were swapped.{simulated if channels > 2 else ''}"
-    )
+    told = f"{path}: this is {what}, not depth: export the raw 16-bit or float depth with one channel"
+    return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
 def default_depth_units(values: NDArray[Any]) -> float:
@@ -277,10 +274,8 @@ def precision_loss(given: float, written: float) -> str:
     """
     if written >= given:
         return ""
-    return (
-        f"The PNG has steps of {1000 / written:.4g} mm, the input has {1000 / given:.4g} mm: write {given:g} units per "
-        "metre to keep its precision, or TIFF or NPY, which are lossless."
-    )
+    steps = f"The PNG has steps of {1000 / written:.4g} mm, the input has {1000 / given:.4g} mm"
+    return f"{steps}: write {given:g} units per metre to keep its precision, or TIFF or NPY, which are lossless."
 
 
 def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
@@ -362,16 +357,13 @@ def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.ui
     warnings = []
     if clipped:
         largest = UINT16_MAX / deepest if deepest > UINT16_MAX else UINT16_MAX // deepest
-        warnings.append(
-            f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre, was "
-            f"clipped: {counted(clipped, 'pixel')}. Use at most {largest:.6g} units per metre for "
-            f"{deepest:.4g} m, or write TIFF or NPY."
-        )
+        most = f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre"
+        remedy = f"Use at most {largest:.6g} units per metre for {deepest:.4g} m, or write TIFF or NPY."
+        warnings.append(f"{most}, was clipped: {counted(clipped, 'pixel')}. {remedy}")
     if rounded_to_zero:
-        warnings.append(
-            f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing: "
-            f"{counted(rounded_to_zero, 'pixel')}. Use more units per metre, or write TIFF or NPY."
-        )
+        least = f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing"
+        remedy = "Use more units per metre, or write TIFF or NPY."
+        warnings.append(f"{least}: {counted(rounded_to_zero, 'pixel')}. {remedy}")
     values = _in_units(metres, units)
     np.minimum(values, UINT16_MAX, out=values)
     return np.nan_to_num(values, copy=False, nan=0.0).astype(np.uint16), warnings

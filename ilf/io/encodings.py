@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -89,25 +89,46 @@ class DepthEncoding:
         return metres
 
 
-def _swapped(values: NDArray[Any]) -> NDArray[np.uint16]:
-    """Values whose two bytes are in the other order."""
-    return np.asarray(_of_16_bits(values).byteswap(), np.uint16)
+KINECT_DISPARITY = "nyu-raw", "kinect-raw"
+"""Names of the encodings that have a value for missing depth."""
+
+_Decoder = Callable[[NDArray[np.uint16]], NDArray[Any]]
+
+_FIXED: dict[str, tuple[float, _Decoder | None, str]] = {
+    "mm": (1000.0, None, "millimetres"),
+    "0.1mm": (10_000.0, None, "tenths of a millimetre"),
+    "cm": (100.0, None, "centimetres"),
+    "m": (1.0, None, "metres"),
+    "tum": (5000.0, None, "5000 per metre (TUM, Bonn, ICL)"),
+    "matterport": (4000.0, None, "4000 per metre (Matterport3D)"),
+    "replica": (6553.5, None, "6553.5 per metre (Replica)"),
+    "kitti": (256.0, None, "256 per metre (KITTI)"),
+    "taskonomy": (512.0, None, "512 per metre (Taskonomy, 2D-3D-S)"),
+    "sun": (1000.0, lambda v: (v >> 3) | (v << 13), "millimetres with rotated bits (SUN RGB-D, SUN3D)"),
+    "nyu-raw": (1.0, lambda v: _of_kinect(v.byteswap()), "disparity with swapped bytes (raw files of NYU Depth V2)"),
+    "kinect-raw": (1.0, lambda v: _of_kinect(v), "disparity of a Kinect v1"),
+    "mm-swapped": (1000.0, lambda v: v.byteswap(), "millimetres with swapped bytes"),
+    "depth16": (1000.0, lambda v: v & 0x1FFF, "millimetres below three bits of confidence (Android's DEPTH16)"),
+    "float16": (1.0, lambda v: v.view(np.float16), "metres, half-precision floats as 16-bit integers (CO3D)"),
+}
+"""Name -> units per metre; what decodes 16-bit integers to depth in them, None if they are that; and description."""
 
 
-def _rotated(values: NDArray[Any]) -> NDArray[np.uint16]:
-    """Values whose lowest three bits are the highest, as in SUN RGB-D and SUN3D."""
-    stored = _of_16_bits(values)
-    return np.asarray((stored >> 3) | (stored << 13), np.uint16)
+def _of_kinect(values: NDArray[np.uint16]) -> NDArray[np.float64]:
+    """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
+    return np.asarray(351.3 / (1092.5 - values.astype(np.float64)))
 
 
-def _without_confidence(values: NDArray[Any]) -> NDArray[np.uint16]:
-    """Values without their highest three bits, which are the confidence in Android's DEPTH16."""
-    return np.asarray(_of_16_bits(values) & 0x1FFF, np.uint16)
+def _fixed(name: str, units: float, decode: _Decoder | None) -> DepthEncoding:
+    if decode is None:
+        return DepthEncoding(None, units)
 
+    def checked(values: NDArray[Any]) -> NDArray[Any]:
+        if values.dtype != np.uint16:
+            raise FormatError(f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give another.")
+        return decode(np.ascontiguousarray(values))
 
-def _of_half_floats(values: NDArray[Any]) -> NDArray[np.float16]:
-    """Depth [m] in half precision, whose bits are stored as integers."""
-    return np.ascontiguousarray(_of_16_bits(values)).view(np.float16)
+    return DepthEncoding(name, units, checked, _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH)
 
 
 def _of_floats(values: NDArray[Any]) -> NDArray[np.float32]:
@@ -115,99 +136,10 @@ def _of_floats(values: NDArray[Any]) -> NDArray[np.float32]:
     return np.ascontiguousarray(values, np.uint32).view(np.float32)
 
 
-def _of_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth [m] from raw disparity of a Kinect v1, with the constants of NYU Depth V2's toolbox."""
-    return np.asarray(351.3 / (1092.5 - _of_16_bits(values).astype(np.float64)))
+_FLOATS = "metres, the bits of floats in four channels, lowest in blue (TartanAir V2)"
 
-
-def _of_swapped_kinect(values: NDArray[Any]) -> NDArray[np.float64]:
-    return _of_kinect(_swapped(values))
-
-
-def _of_16_bits(values: NDArray[Any]) -> NDArray[np.uint16]:
-    if values.dtype != np.uint16:
-        raise FormatError(f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give another.")
-    return values
-
-
-def _of_stereo(focal_baseline: float, offset: float, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth [m] from the disparity of a rectified stereo pair, whose principal points are `offset` apart."""
-    disparity = values.astype(np.float64)
-    return np.asarray(focal_baseline / np.where(disparity > 0, disparity + offset, np.nan))
-
-
-def _of_zbuffer(near: float, far: float, is_reversed: bool, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth from a z-buffer of 0 at the near plane to 1 at the far one, which shows nothing; reversed, from 1 to 0."""
-    share = _shares(values)
-    share = 1 - share if is_reversed else share
-    depth = near / (1 - share * (1 - near / far))
-    depth[share >= 1] = np.nan
-    return depth
-
-
-def _of_shares(far: float, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth [m] from shares of the farthest, which itself shows nothing."""
-    share = _shares(values)
-    share[share >= 1] = np.nan
-    return np.asarray(far * share)
-
-
-def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
-    """Values from 0 to 1, as stored in floats or as shares of the largest of 16 bits; raises FormatError for others."""
-    share = values.astype(np.float64) / (UINT16_MAX if values.dtype == np.uint16 else 1)
-    largest = np.max(share, initial=0.0, where=np.isfinite(share))
-    if largest > 1 + _ROUNDING:
-        raise FormatError(
-            f"This depth encoding applies to 0 to 1, or 16-bit integers, not to {largest:g}. Give another."
-        )
-    return share
-
-
-def _of_packed(farthest: float, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth [m] from 24-bit shares of the farthest, which itself shows nothing."""
-    return np.asarray(np.where(values < _LARGEST_PACKED, values * (farthest / _LARGEST_PACKED), np.nan))
-
-
-KINECT_DISPARITY = "nyu-raw", "kinect-raw"
-"""Names of the encodings that have a value for missing depth."""
-
-_UNITS: dict[str, tuple[float, str]] = {
-    "mm": (1000.0, "millimetres"),
-    "0.1mm": (10_000.0, "tenths of a millimetre"),
-    "cm": (100.0, "centimetres"),
-    "m": (1.0, "metres"),
-    "tum": (5000.0, "5000 per metre (TUM, Bonn, ICL)"),
-    "matterport": (4000.0, "4000 per metre (Matterport3D)"),
-    "replica": (6553.5, "6553.5 per metre (Replica)"),
-    "kitti": (256.0, "256 per metre (KITTI)"),
-    "taskonomy": (512.0, "512 per metre (Taskonomy, 2D-3D-S)"),
-}
-"""Name -> file units per metre, and description."""
-
-_DECODED: dict[str, tuple[float, Callable[[NDArray[Any]], NDArray[Any]], str]] = {
-    "sun": (1000.0, _rotated, "millimetres with rotated bits (SUN RGB-D, SUN3D)"),
-    "nyu-raw": (1.0, _of_swapped_kinect, "disparity with swapped bytes (raw files of NYU Depth V2)"),
-    "kinect-raw": (1.0, _of_kinect, "disparity of a Kinect v1"),
-    "mm-swapped": (1000.0, _swapped, "millimetres with swapped bytes"),
-    "depth16": (1000.0, _without_confidence, "millimetres below three bits of confidence (Android's DEPTH16)"),
-    "float16": (1.0, _of_half_floats, "metres, the bits of half-precision floats in 16-bit integers (CO3D)"),
-    "float32": (1.0, _of_floats, "metres, the bits of floats in four channels, lowest in blue (TartanAir V2)"),
-}
-"""Name -> units per metre of the decoded values, what decodes them, and description."""
-
-ENCODINGS: dict[str, DepthEncoding] = {
-    **{name: DepthEncoding(None, units) for name, (units, _) in _UNITS.items()},
-    **{
-        name: DepthEncoding(
-            name,
-            units,
-            decode,
-            _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH,
-            _PACKED.get(name, ""),
-        )
-        for name, (units, decode, _) in _DECODED.items()
-    },
-}
+ENCODINGS = {name: _fixed(name, units, decode) for name, (units, decode, _) in _FIXED.items()}
+ENCODINGS["float32"] = DepthEncoding("float32", 1.0, _of_floats, channels=_PACKED["float32"])
 """Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
 
 
@@ -251,10 +183,6 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         if depth is None:
             raise ParameterError('"bop" needs the depth file of a scene; otherwise give "bop:SCALE".')
         return DepthEncoding(None, 1000 / camera_of_image(depth)[1])
-    if name == _DISPARITY:
-        raise ParameterError(
-            "Disparity needs focal length [px] times baseline [m]: disparity:52.5 for 525 px and 0.1 m."
-        )
     kind, numbers = _kind(name), re.split("[:/]", name, maxsplit=1)[-1]
     try:
         if kind in _WITH_NUMBERS:
@@ -264,10 +192,11 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         if kind in _WITH_NUMBERS:
             raise ParameterError(f"{spec!r:.80} must be {ENCODING_DESCRIPTIONS[kind]}.") from error
         hint = did_you_mean(name, ENCODING_DESCRIPTIONS)
-        raise ParameterError(
-            f"There is no depth encoding {spec!r:.60}.{hint} Give one of {', '.join(ENCODING_DESCRIPTIONS)}, or a "
-            "number of file units per metre."
-        ) from error
+        known = f"{', '.join(ENCODING_DESCRIPTIONS)}, or a number of file units per metre"
+        raise ParameterError(f"There is no depth encoding {spec!r:.60}.{hint} Give one of {known}.") from error
+
+
+# Encodings with numbers of their own. What makes them raises ValueError if these are none.
 
 
 def _by_scale(text: str) -> DepthEncoding:
@@ -275,34 +204,69 @@ def _by_scale(text: str) -> DepthEncoding:
 
 
 def _by_disparity(text: str) -> DepthEncoding:
+    """Disparity of a rectified stereo pair, whose principal points are an offset apart."""
     product, *offset = (float(number) for number in text.split(","))
     if len(offset) > 1 or not all(map(math.isfinite, offset)):
         raise ValueError
     name = ",".join(repr(number) for number in (checked_units(product), *offset))
-    return DepthEncoding(f"{_DISPARITY}:{name}", 1.0, partial(_of_stereo, product, sum(offset)))
+
+    def decode(values: NDArray[Any]) -> NDArray[np.float64]:
+        disparity = values.astype(np.float64)
+        return np.asarray(product / np.where(disparity > 0, disparity + sum(offset), np.nan))
+
+    return DepthEncoding(f"{_DISPARITY}:{name}", 1.0, decode)
 
 
-def _between_planes(text: str) -> DepthEncoding:
-    """The encoding of a z-buffer; raises ParameterError if there is no depth between its planes."""
-    near, far, *more = text.split(",")
-    planes = float(near), float(far)
-    if more not in ([], ["reversed"]) or not 0 < planes[0] < planes[1]:
+def _by_planes(text: str) -> DepthEncoding:
+    """A z-buffer of 0 at the near plane to 1 at the far one, which shows nothing; reversed, from 1 to 0."""
+    planes, way = text.split(",")[:2], text.split(",")[2:]
+    near, far = map(float, planes)
+    if way not in ([], ["reversed"]) or not 0 < near < far:
         raise ValueError
-    name = f"{_ZBUFFER}:{planes[0]!r},{planes[1]!r}{',reversed' * len(more)}"
-    return DepthEncoding(name, 1.0, partial(_of_zbuffer, *planes, bool(more)), min(planes[1], DEPTH_LIMITS[1]))
+
+    def decode(values: NDArray[Any]) -> NDArray[np.float64]:
+        share = _shares(values)
+        share = 1 - share if way else share
+        depth = near / (1 - share * (1 - near / far))
+        depth[share >= 1] = np.nan
+        return depth
+
+    name = f"{_ZBUFFER}:{near!r},{far!r}{',reversed' * len(way)}"
+    return DepthEncoding(name, 1.0, decode, min(far, DEPTH_LIMITS[1]))
 
 
 def _by_share(text: str) -> DepthEncoding:
+    """Shares of the farthest depth, which itself shows nothing."""
     far = checked_units(float(text))
-    return DepthEncoding(f"m/{far!r}", 1.0, partial(_of_shares, far), far)
+
+    def decode(values: NDArray[Any]) -> NDArray[np.float64]:
+        share = _shares(values)
+        share[share >= 1] = np.nan
+        return np.asarray(far * share)
+
+    return DepthEncoding(f"m/{far!r}", 1.0, decode, far)
+
+
+def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
+    """Values from 0 to 1, as stored in floats or as shares of the largest of 16 bits; raises FormatError for others."""
+    share = values.astype(np.float64) / (UINT16_MAX if values.dtype == np.uint16 else 1)
+    largest = np.max(share, initial=0.0, where=np.isfinite(share))
+    if largest > 1 + _ROUNDING:
+        raise FormatError(f"This encoding applies to 0 to 1, or 16-bit integers, not to {largest:g}. Give another.")
+    return share
 
 
 def _packed(name: str, text: str) -> DepthEncoding:
+    """24-bit shares of the farthest depth, which itself shows nothing."""
     far = checked_units(float(text))
-    return DepthEncoding(f"{name}:{far!r}", 1.0, partial(_of_packed, far), far, _PACKED[name])
+
+    def decode(values: NDArray[Any]) -> NDArray[np.float64]:
+        return np.asarray(np.where(values < _LARGEST_PACKED, values * (far / _LARGEST_PACKED), np.nan))
+
+    return DepthEncoding(f"{name}:{far!r}", 1.0, decode, far, _PACKED[name])
 
 
-def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = None) -> str:
+def ray_encoding(units: float, camera: Camera) -> str:
     """The name of the encoding of distances along the rays of a camera.
 
     Parameters
@@ -310,8 +274,7 @@ def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = No
     units : float
         File units per metre.
     camera : Camera
-    size : (int, int), optional
-        Width and height [px] of the image that the intrinsics apply to; other images are scaled. None: any image.
+        If it has a size, other images are scaled to it.
 
     Examples
     --------
@@ -320,46 +283,43 @@ def ray_encoding(units: float, camera: Camera, size: tuple[int, int] | None = No
     >>> encoding_of("ray:1,3,3,0,0").metres(np.full((1, 5), 5.0))[0, [0, 4]].tolist()
     [5.0, 3.0]
     """
-    numbers = units, camera.fx, camera.fy, camera.cx, camera.cy, *(size or ())
+    numbers = units, camera.fx, camera.fy, camera.cx, camera.cy, *(camera.size or ())
     return f"{_RAY}:{','.join(repr(float(number)) for number in numbers)}"
 
 
 def _along_rays(text: str) -> DepthEncoding:
-    """The encoding of distances along rays; raises ParameterError if its numbers are no camera."""
+    """Distances along rays."""
     units, *numbers = (float(number) for number in text.split(","))
     size = tuple(int(number) if number.is_integer() else 0 for number in numbers[4:])
     if len(numbers) not in {4, 6} or min(size, default=1) < 1:
-        raise ParameterError(f"'{_RAY}:{text:.80}' must be ray:UNITS,FX,FY,CX,CY, or so with ,WIDTH,HEIGHT.")
+        raise ValueError
     with told_as(ParameterError, f"'{_RAY}:{text:.80}': {{error}}", InputError):
-        camera = _camera(numbers)
-    spec = ray_encoding(checked_units(units), camera, (size[0], size[1]) if size else None)
-    return DepthEncoding(spec, units, partial(_of_rays, camera))
+        fx, fy, cx, cy = numbers[:4]
+        camera = Camera(fx, fy, cx, cy, size=(size[0], size[1]) if size else None)
 
+    def decode(values: NDArray[Any]) -> NDArray[np.float64]:
+        height, width = values.shape[:2]
+        with told_as(FormatError, "{error}", InputError):
+            seen = fitted(camera, (height, width))
+        x, y = (np.arange(width) - seen.cx) / seen.fx, (np.arange(height) - seen.cy) / seen.fy
+        return np.asarray(values.astype(np.float64) / np.sqrt(1 + x**2 + y[:, None] ** 2))
 
-def _of_rays(camera: Camera, values: NDArray[Any]) -> NDArray[np.float64]:
-    """Depth from distances (H, W) along the rays of a camera."""
-    height, width = values.shape[:2]
-    with told_as(FormatError, "{error}", InputError):
-        camera = fitted(camera, (height, width))
-    x, y = (np.arange(width) - camera.cx) / camera.fx, (np.arange(height) - camera.cy) / camera.fy
-    return np.asarray(values.astype(np.float64) / np.sqrt(1 + x**2 + y[:, None] ** 2))
-
-
-def _camera(numbers: Sequence[float]) -> Camera:
-    fx, fy, cx, cy, *size = numbers
-    return Camera(fx, fy, cx, cy, size=(int(size[0]), int(size[1])) if size else None)
+    return DepthEncoding(ray_encoding(checked_units(units), camera), units, decode)
 
 
 _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
     _BOP: (_by_scale, "by the depth_scale in scene_camera.json (BOP)"),
     _DISPARITY: (
         _by_disparity,
-        "disparity:FB[,OFFSET], disparity of a stereo pair, with focal length x baseline FB, and OFFSET added to it "
-        "(Middlebury's doffs)",
+        "disparity:FB[,OFFSET], disparity of a stereo pair, with focal length [px] x baseline [m] FB, and OFFSET added "
+        "to it (Middlebury's doffs)",
     ),
-    _RAY: (_along_rays, "ray:UNITS,FX,FY,CX,CY, distance along the rays of a camera, UNITS per metre"),
+    _RAY: (
+        _along_rays,
+        "ray:UNITS,FX,FY,CX,CY[,WIDTH,HEIGHT], distance along the rays of a camera, UNITS per metre",
+    ),
     _ZBUFFER: (
-        _between_planes,
+        _by_planes,
         "zbuffer:NEAR,FAR[,reversed], values 0 to 1 of a renderer with near and far plane [m]; FAR may be inf",
     ),
     _SHARE: (_by_share, "m/FAR, values 0 to 1 that are shares of the depth FAR [m]"),
@@ -369,10 +329,12 @@ _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
     ),
     "bgr24": (partial(_packed, "bgr24"), "bgr24:METRES, shares of METRES in 24 bits, lowest in blue"),
 }
-"""Name -> what makes the encoding of the numbers behind it, and raises ValueError if they are none; and description."""
+"""Name -> what makes the encoding of the numbers behind it, and description."""
 
 ENCODING_DESCRIPTIONS = {
-    name: str(row[-1]) for table in (_UNITS, _DECODED, _WITH_NUMBERS) for name, row in table.items()
+    **{name: text for name, (_, _, text) in _FIXED.items()},
+    "float32": _FLOATS,
+    **{name: text for name, (_, text) in _WITH_NUMBERS.items()},
 }
 """Name -> description, for all names that `encoding_of` accepts."""
 
@@ -402,9 +364,8 @@ def _kind(name: str) -> str:
 def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
     """Return the encoding given by either argument; raise ParameterError if both are given."""
     if encoding is not None and depth_units is not None:
-        raise ParameterError(
-            f"Both a depth encoding ({encoding}) and depth units ({depth_units}) are given: give only one of them."
-        )
+        both = f"a depth encoding ({encoding}) and depth units ({depth_units})"
+        raise ParameterError(f"Both {both} are given: give only one of them.")
     return encoding if depth_units is None else checked_units(depth_units)
 
 

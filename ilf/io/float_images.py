@@ -65,15 +65,12 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     try:
         with zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
             members = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
-            name = next((name for name in names if name in members), None)
-            if name is None and len(members) == 1:
-                only = next(iter(members))
-                name = None if is_other_name(only) and "disparity" not in names else only
+            only = next(iter(members)) if len(members) == 1 else ""
+            usable = [only] if only and (not is_other_name(only) or "disparity" in names) else names
+            name = next((name for name in usable if name in members), None)
             if name is None:
-                raise FormatError(
-                    f"{file} has {len(members)} arrays ({', '.join(sorted(members))!s:.80}), but none is named "
-                    f"{', '.join(names)}. Save the one to use as {names[0]}."
-                )
+                told = f"{file} has the arrays {', '.join(sorted(members))!s:.80}, but none is named {', '.join(names)}"
+                raise FormatError(f"{told}. Save the one to use as {names[0]}.")
             data = np.frombuffer(zip_member(archive, members[name], MAX_FILE_BYTES), np.uint8)
     except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
@@ -131,18 +128,14 @@ def encode_exr(depth: NDArray[np.float32]) -> bytes:
 def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
     """Return the depth channels of the first part; raise FormatError if there are none, or too many pixels."""
     for header in headers:
-        check_memory(file, *_size(header["dataWindow"]))
+        least, most = np.array(header["dataWindow"], np.int64)
+        check_memory(file, *(most - least + 1).tolist())
     first = headers[0]
     if not np.array_equal(first["dataWindow"], first["displayWindow"]):
         raise FormatError(f"{file}: its pixels cover only a part of the image. Export the whole image.")
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in first["channels"]):
         raise FormatError(f"{file}: some of its channels are subsampled. {_REMEDY}")
     return _depth_channels(file, [channel.name for channel in first["channels"]])
-
-
-def _size(window: tuple[NDArray[np.int32], NDArray[np.int32]]) -> tuple[int, int]:
-    least, most = ([int(number) for number in corner] for corner in window)
-    return most[0] - least[0] + 1, most[1] - least[1] + 1
 
 
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
@@ -174,10 +167,8 @@ def floats_behind(file: FileContent, start: int, shape: tuple[int, int], order: 
     check_memory(file, width, height)
     values = file.data[start:]
     if values.size != 4 * width * height:
-        raise FormatError(
-            f"{file} has {values.size} bytes after its header, which declares {4 * width * height}: it is truncated "
-            "or damaged. Copy or export it again."
-        )
+        told = f"{file} has {values.size} bytes after its header, which declares {4 * width * height}"
+        raise FormatError(f"{told}: it is truncated or damaged. Copy or export it again.")
     return np.frombuffer(values.tobytes(), order).astype(np.float32).reshape(shape)
 
 
@@ -225,10 +216,8 @@ def read_colmap(file: FileContent) -> NDArray[np.float32]:
     """
     header = _COLMAP_HEADER.match(file.data[:_LONGEST_COLMAP_HEADER].tobytes())
     if header is None and kind_of_file(file, file.data) is None:
-        raise FormatError(
-            f"{file} is neither a depth map of COLMAP, which begins with width&height&1&, nor 512 x 424 float32 of a "
-            f"Kinect v2. Save other numbers as NPY: {RAW_NUMBERS}."
-        )
+        told = f"{file} is neither a depth map of COLMAP (width&height&1&...) nor 512 x 424 float32 of a Kinect v2"
+        raise FormatError(f"{told}. Save other numbers as NPY: {RAW_NUMBERS}.")
     if header is None:
         raise wrong_kind(file, file.data, "a depth map of COLMAP, which begins with width&height&1&")
     width, height, channels = map(int, header.groups())
@@ -277,27 +266,20 @@ def read_viewer_raw(file: FileContent) -> NDArray[np.uint16]:
         If there is no such table, or it states no size, another format, or another number of values than the file has.
     """
     beside = file.path.with_name(f"{file.path.stem}_metadata.csv")
-    try:
+    told = f"{file} has {file.data.size} bytes, not those of 512 x 424 float32 of a Kinect v2, and {beside.name} of the"
+    remedy = f"Put it there, or save the numbers as NPY: {RAW_NUMBERS}."
+    with told_as(FormatError, f"{told} RealSense Viewer is missing. {remedy}", InputError):
         table = read_file(beside)
-    except InputError as error:
-        raise FormatError(
-            f"{file} has no header: its {file.data.size} bytes are not 512 x 424 float32 of a Kinect v2, and the table "
-            f"of the RealSense Viewer, {beside.name}, is missing. Put it there, or save the numbers as NPY: "
-            f"{RAW_NUMBERS}."
-        ) from error
     stated = table_of_names(table.data.tobytes().decode("utf-8-sig", "replace"))
-    with told_as(
-        FormatError, f"{table} does not state Resolution x and Resolution y. Copy it again.", (KeyError, ValueError)
-    ):
+    told = f"{table} does not state Resolution x and Resolution y. Copy it again."
+    with told_as(FormatError, told, (KeyError, ValueError)):
         width, height = int(stated["resolution x"]), int(stated["resolution y"])
     if (kind := stated.get("format", _FORMAT).upper()) != _FORMAT:
         raise FormatError(f"{file} has the format {kind:.20}, not {_FORMAT}. Give the file of the depth stream.")
     check_memory(file, width, height)
     if min(width, height) < 1 or file.data.size != 2 * width * height:
-        raise FormatError(
-            f"{file} has {file.data.size} bytes, but {beside.name} states {width} x {height} pixels of 2 bytes: it is "
-            "truncated or of another image. Copy both again."
-        )
+        told = f"{file} has {file.data.size} bytes, but {beside.name} states {width} x {height} pixels of 2 bytes"
+        raise FormatError(f"{told}: it is truncated or of another image. Copy both again.")
     return np.frombuffer(file.data.tobytes(), "<u2").astype(np.uint16).reshape(height, width)
 
 

@@ -31,7 +31,8 @@ from .depth import (
     read_depth_values,
     without_channel,
 )
-from .depth_reading import decoded, marker_doubt
+from .depth_doubts import marker_doubt
+from .depth_reading import decoded
 from .encodings import DepthEncoding, encoding_of_inputs
 from .float_images import read_npy, read_npz
 from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide
@@ -93,23 +94,16 @@ def scale_misfit(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]
     if not both.any():
         return ""
     ratio = float(np.median(ground_truth[both] / depth[both]))
-    if depth.shape[0] == depth.shape[1] and _apart(ground_truth.T, depth) < _EXCHANGED_SHARE * _apart(
-        ground_truth, depth
-    ):
-        return (
-            "This ground truth fits the measured depth only with rows and columns exchanged, as MATLAB stores them. "
-            "Transpose it."
-        )
+    is_square = depth.shape[0] == depth.shape[1]
+    if is_square and _apart(ground_truth.T, depth) < _EXCHANGED_SHARE * _apart(ground_truth, depth):
+        return "This ground truth fits depth only with rows and columns exchanged, as MATLAB stores them. Transpose it."
     if 1 / _MAX_SCALE_RATIO <= ratio <= _MAX_SCALE_RATIO:
         return ""
-    fitting = [
-        other for other in COMMON_DEPTH_UNITS if 1 / _MAX_SCALE_RATIO <= ratio * units / other <= _MAX_SCALE_RATIO
-    ]
-    remedy = f"give {fitting[0]:g} as its units" if fitting else "check that it belongs to this frame"
-    return (
-        f"With {units:g} units per metre, this ground truth would be {ratio:.3g} times the measured depth: {remedy}, "
-        "or correct the units of the depth."
-    )
+    ratios = ((other, ratio * units / other) for other in COMMON_DEPTH_UNITS)
+    fitting = next((other for other, of in ratios if 1 / _MAX_SCALE_RATIO <= of <= _MAX_SCALE_RATIO), None)
+    remedy = "check that it belongs to this frame" if fitting is None else f"give {fitting:g} as its units"
+    would_be = f"With {units:g} units per metre, this ground truth would be {ratio:.3g} times the measured depth"
+    return f"{would_be}: {remedy}, or correct the units of the depth."
 
 
 def _apart(ground_truth: NDArray[np.floating], depth: NDArray[np.floating]) -> float:
@@ -198,10 +192,8 @@ def read_ground_truth(
     doubt, note = None if invalid == 0 else marker_doubt(values, metres), ""
     if doubt is not None:
         is_marker = metres == doubt.invalid_depth
-        note = (
-            f"{content}: a constant {doubt.invalid_depth:.3f} m in {is_marker.mean():.1%} of the pixels most likely "
-            "marks missing depth and is not counted as ground truth. Give 0 as the invalid value if it is depth."
-        )
+        constant = f"{content}: a constant {doubt.invalid_depth:.3f} m in {is_marker.mean():.1%} of the pixels"
+        note = f"{constant} most likely marks missing depth, not counted. Give 0 as the invalid value if it is depth."
         metres[is_marker] = np.nan
     return metres, GroundTruthFile(str(content.path), content.sha256, scale, dataset), note
 
@@ -369,10 +361,7 @@ def read_confidence(path: FileSource, shape: tuple[int, int]) -> NDArray[Any]:
     if values.ndim != 2 or values.dtype.kind not in "biuf":
         given = f"{values.dtype} of shape {values.shape}"
         raise FormatError(f"{content}: a confidence map must have one number per pixel, not {given}.")
-    remedy = (
-        "A confidence map must have the same pixels. That of depth which is registered on reading is used in the depth "
-        "camera's view (--view depth)."
-    )
+    remedy = "A confidence map must have the same pixels: of depth that is registered, its own (--view depth)."
     check_shape(str(content), values.shape, shape, "the depth", remedy)
     return values
 
@@ -399,10 +388,8 @@ def low_confidence(
     low = known & ~(confidence >= least)
     count, whole = int(np.count_nonzero(low)), int(np.count_nonzero(known))
     if count == whole:
-        raise InputError(
-            f"No depth has a confidence of {least:g} or more: the map ranges from {confidence.min():g} to "
-            f"{confidence.max():g}. Set a lower min. confidence."
-        )
+        told = f"the map ranges from {confidence.min():g} to {confidence.max():g}. Set a lower min. confidence."
+        raise InputError(f"No depth has a confidence of {least:g} or more: {told}")
     text = f"{counted(count, 'pixel')}, {count / whole:.1%} of the known pixels"
     return low, f"Depth with a confidence below {least:g} counts as missing: {text}."
 
@@ -430,11 +417,9 @@ def confidence_doubt(confidence: NDArray[Any], least: float, depth: NDArray[np.f
     is_highest_alone = not np.any((confidence >= least) & (confidence < largest))
     if largest <= _ARKIT_HIGH or least > _ARKIT_HIGH or is_highest_alone:
         return ""
-    return (
-        f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH} as "
-        f"ARKit's, so a min. confidence of {least:g} also keeps depth of low confidence. Give one of the map's scale, "
-        f"such as {largest:g} for its highest values alone."
-    )
+    told = f"The confidence map ranges from {np.nanmin(confidence):g} to {largest:g}, not from 0 to {_ARKIT_HIGH}"
+    remedy = f"Give one of the map's scale, such as {largest:g} for its highest values alone."
+    return f"{told} as ARKit's, so a min. confidence of {least:g} also keeps depth of low confidence. {remedy}"
 
 
 # Depth by hand.

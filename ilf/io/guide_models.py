@@ -161,10 +161,8 @@ def guide_card(name: str) -> GuideCard:
     if name in damaged:
         raise damaged[name]
     if name not in cards:
-        raise InputError(
-            f"There is no guide network {name!r}, only {', '.join(cards)}. Choose one of these, or add a file: "
-            "ilf models add FILE --gives affine-inverse."
-        )
+        known = f"There is no guide network {name!r}, only {', '.join(cards)}"
+        raise InputError(f"{known}. Choose one of these, or add one: ilf models add FILE --gives affine-inverse.")
     return cards[name]
 
 
@@ -257,10 +255,8 @@ def add_guide(
         check_name(name)
         card = GuideCard(name, "your own", "", gives, source.stat().st_size)
     elif card.sha256 not in {None, sha256} or abs(source.stat().st_size - card.bytes) > ROUNDED * card.bytes:
-        raise InputError(
-            f"{source} is not the file of the guide network {name}: its size or its SHA-256 is another than that of "
-            f"{card.address} or of the file that was pinned. Copy that one, or rename the file (command line: --name)."
-        )
+        told = f"{source} is not the file of the guide network {name}, by its size or its SHA-256"
+        raise InputError(f"{told}. Copy that of {card.address}, or rename the file (command line: --name).")
     if name in model_names() or (guide_file(name) is not None and not again):
         other = "Rename the file (command line: --name, or --replace)."
         raise InputError(f"A network {name!r} already exists. {other}")
@@ -299,10 +295,8 @@ def ready_guide(name: str, gives: Gives | None = None) -> tuple[GuideCard, Path]
     if gives not in {None, card.gives}:
         raise InputError(f"The guide network {name} gives {card.gives}, not {gives}. Leave --guide-gives out.")
     if path is None:
-        raise InputError(
-            f"The guide network {name} is not on this computer. Fetch its {card.bytes / 1e6:.0f} MB (licence "
-            f"{licence_text(card)}): ilf models fetch {name}."
-        )
+        fetch_it = f"Fetch its {card.bytes / 1e6:.0f} MB (licence {licence_text(card)}): ilf models fetch {name}."
+        raise InputError(f"The guide network {name} is not on this computer. {fetch_it}")
     return card, path
 
 

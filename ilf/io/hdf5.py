@@ -195,12 +195,10 @@ def _not_found(file: FileContent, name: str | None, known: dict[str, tuple[int, 
         return FormatError(f"{missing}: none has two axes and numbers of 16 bits or more. Save its depth as such.")
     shapes = {one: shape[::-1] if is_of_matlab(file) else shape for one, shape in known.items()}
     listed = ", ".join(f"{one} {shape}" for one, shape in [*shapes.items()][:_MOST_LISTED])
-    more = f" and {len(known) - _MOST_LISTED} more" if len(known) > _MOST_LISTED else ""
+    listed += ", ..." if len(known) > _MOST_LISTED else ""
     likely = next((one for one in known if "depth" in one.lower()), next(iter(known)))
-    return FormatError(
-        f"{missing}{'. It has' if name else ''}: {listed}{more}. Name the one to read behind the file, "
-        f"{file}:{likely}, or for all files of a folder as the dataset (--dataset) {likely}."
-    )
+    remedy = f"Name the one to read behind the file, {file}:{likely}, or for all files by --dataset {likely}."
+    return FormatError(f"{missing}{'. It has' if name else ''}: {listed}. {remedy}")
 
 
 # Colour, as BlenderProc writes it beside depth.

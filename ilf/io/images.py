@@ -274,10 +274,8 @@ def read_colour_with_warning(path: FileSource, least_width: int = 0) -> tuple[ND
     if image.dtype == np.uint16 or (image.dtype == np.uint8 and header.largest not in (None, 255)):
         image = _eight_bits(image, header.largest or np.iinfo(image.dtype).max)
     if image.dtype != np.uint8:
-        raise FormatError(
-            f"{path}: colour must have 8 or 16 bits per channel, but this has {image.dtype} values. "
-            "If this is the depth, colour and depth were given in the wrong order."
-        )
+        told = f"{path}: colour must have 8 or 16 bits per channel, but this has {image.dtype} values"
+        raise FormatError(f"{told}. If this is the depth, colour and depth were given in the wrong order.")
     if image.ndim == 2:
         image = image[..., None]
     if image.shape[2] not in {1, 3, 4}:
@@ -307,10 +305,8 @@ def _few_bits(image: NDArray[Any]) -> str:
     bits = max(brightest.bit_length(), 8)
     if not brightest or bits > _DARK_BITS:
         return ""
-    return (
-        f"Colour is nearly black: its maximum value is {brightest} of 65535, as if the file had {bits} bits per "
-        f"channel. Multiply its values by {2 ** (16 - bits)}, or export it with 8 bits."
-    )
+    told = f"Colour is nearly black: its maximum value is {brightest} of 65535, as of {bits} bits per channel"
+    return f"{told}. Multiply its values by {2 ** (16 - bits)}, or export it with 8 bits."
 
 
 def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
@@ -325,10 +321,8 @@ def scaled_colour(rgb: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.
     if rgb.shape[:2] == shape:
         return rgb
     if not math.isclose(shape[0], shape[1] / rgb.shape[1] * rgb.shape[0], abs_tol=1.0):
-        raise InputError(
-            f"Colour is {rgb.shape[1]} x {rgb.shape[0]} and depth is {shape[1]} x {shape[0]}, which has another aspect "
-            "ratio: they do not show the same view."
-        )
+        sizes = f"Colour is {rgb.shape[1]} x {rgb.shape[0]} and depth is {shape[1]} x {shape[0]}"
+        raise InputError(f"{sizes}, of another aspect ratio: they do not show the same view.")
     how = cv2.INTER_AREA if rgb.shape[0] >= shape[0] else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(rgb, shape[::-1], interpolation=how), np.uint8)
 

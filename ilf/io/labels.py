@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
-from .._runtime.formatting import grouped
+from .._runtime.formatting import counted, natural
 from .._runtime.writing import write_bytes
 from ..data.blocks import BlockInfo, Blocks, block_colour
 from ..data.label_map import Box, labels_in, union
@@ -82,10 +81,8 @@ def read_labels(
     """
     image = read_indices(path)
     if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
-        raise FormatError(
-            f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}. "
-            "Export the values themselves, not a coloured image of them."
-        )
+        wanted = f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}"
+        raise FormatError(f"{wanted}. Export the values themselves, not a coloured image of them.")
     if shape is not None:
         check_shape(f"{path}: the {what}", image.shape, shape, remedy=f"Use the {what} of this frame.")
     return image.astype(np.int32)
@@ -132,11 +129,11 @@ def stacked(path: object, shape: tuple[int, int], candidates: Sequence[Candidate
     overlap = int(np.count_nonzero(in_several))
     found = [*notes]
     if overlap:
-        found.append(f"{_counted(overlap, 'pixel lies', 'pixels lie')} in several shapes: the smallest is used.")
+        found.append(f"In several shapes: {counted(overlap, 'pixel')}, of which the smallest shape is used.")
     if hidden:
-        found.append(f"{_counted(hidden, 'shape is', 'shapes are')} left out: smaller shapes cover all pixels.")
+        found.append(f"{counted(hidden, 'shape')} left out: smaller shapes cover all pixels.")
     if empty:
-        found.append(f"{_counted(empty, 'shape is', 'shapes are')} left out: no pixel centre lies inside.")
+        found.append(f"{counted(empty, 'shape')} left out: no pixel centre lies inside.")
     if not left:
         found.append(f"{path} contains no blocks.")
     infos = {
@@ -190,10 +187,6 @@ def _numbers(wanted: Sequence[int | None]) -> list[int]:
     return [next(free) if number is None else number for number in wanted]
 
 
-def _counted(count: int, one: str, several: str) -> str:
-    return f"{grouped(count)} {one if count == 1 else several}"
-
-
 # A folder of masks, one PNG each, as written for an image by segment-anything and many other programs.
 
 
@@ -207,7 +200,7 @@ def blocks_of_mask_folder(folder: Path, shape: tuple[int, int]) -> Blocks:
         If there are no masks, or the size of one differs from `shape` (H, W), or it is not a mask.
     """
     pictures = (file for file in folder.iterdir() if file.suffix.lower() == ".png")
-    files = sorted(pictures, key=_natural)
+    files = sorted(pictures, key=lambda file: natural(file.name))
     if not files:
         raise InputError(f"{folder} contains no masks (one PNG each). If it has a JSON file of masks, give that.")
     candidates = [("" if file.stem.isdecimal() else file.stem, None, _part(file, shape)) for file in files]
@@ -227,8 +220,3 @@ def _part(file: Path, shape: tuple[int, int]) -> Iterator[Region]:
     part = cropped(image > 0)
     if part is not None:
         yield part
-
-
-def _natural(file: Path) -> list[tuple[str, int]]:
-    """Return a natural sort key: 2 before 10, and numbers before words."""
-    return [(text, int(digits or 0)) for digits, text in re.findall(r"(\d{1,18})|(\D+)", file.name)]

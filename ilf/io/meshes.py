@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,36 +16,32 @@ from .._runtime.writing import write_parts
 from ..data.points import axes_signs
 from ..data.surface import Mesh
 from ..errors import ExportError, check_kind, path_first
-from .clouds import COLOURED_LINE, coloured, lines_of, ply_parts, rows_of, triangles_of
+from .clouds import COLOURED_LINE, coloured, lines_of, pieces, ply_parts, rows_of
 
 # Meshes as Wavefront OBJ: text, with colours after the coordinates, as MeshLab and Blender read them.
-
-_AT_ONCE = 1 << 16  # vertices
 
 
 def obj_parts(mesh: Mesh, *, axes: str = "camera", unit: str = "m") -> Iterator[bytes]:
     """Yield an OBJ file, part by part: a line v x y z red green blue (0-1) for each vertex, vn if there are normals,
     and f for each triangle. The format does not support scalars."""
     yield f"# ILF Studio\n# unit {unit}, axes {axes}\n".encode()
-    for rows in rows_of(mesh.vertices, axes, unit):
-        yield lines_of(coloured(rows), f"v {COLOURED_LINE}")
-    has_normals = mesh.vertices.normals is not None
-    for rows in rows_of(mesh.vertices, axes, unit) if has_normals else ():
-        yield lines_of(rows[["nx", "ny", "nz"]], "vn %.6g %.6g %.6g")
+    rows, has_normals = rows_of(mesh.vertices, axes, unit), mesh.vertices.normals is not None
+    for part in pieces(rows):
+        yield lines_of(coloured(part), f"v {COLOURED_LINE}")
+    for part in pieces(rows) if has_normals else ():
+        yield lines_of(part[["nx", "ny", "nz"]], "vn %.6g %.6g %.6g")
     corner = "%d//%d" if has_normals else "%d"
-    for some in triangles_of(mesh.faces):
+    for some in pieces(mesh.faces):
         yield lines_of(np.repeat(some + 1, 2 if has_normals else 1, axis=1), f"f {corner} {corner} {corner}")
 
 
 # Meshes as binary glTF 2.0 (GLB), which browsers, Blender and most viewers open.
 
-_FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
-_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
-_DTYPES: dict[int, np.dtype[Any]] = {_FLOAT: np.dtype("<f4"), _UINT16: np.dtype("<u2"), _UINT32: np.dtype("<u4")}
-
-_View = tuple[NDArray[Any], str, int, dict[str, Any]]
-"""An array of the file, the types of its elements and of their numbers, and more that describes it."""
+_NUMBERS = {"<f4": 5126, "<u2": 5123, "<u4": 5125}
+"""Type of the numbers of an array -> its code."""
+_ELEMENTS = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4"}
+"""Shape of the elements of an array -> its name."""
 
 
 def glb_parts(mesh: Mesh) -> Iterator[bytes]:
@@ -54,43 +50,35 @@ def glb_parts(mesh: Mesh) -> Iterator[bytes]:
     Colours are linear in GLB, so they are stored with 16 bits to preserve their values. Scalars are attributes of the
     vertices, such as _EXPECTED_ERROR. The material is unlit and double-sided: the colours contain the lighting already.
     """
-    vertices = mesh.vertices
-    signs = np.array(axes_signs("y-up"), np.float32)
-    low, high = vertices.points.min(axis=0) * signs, vertices.points.max(axis=0) * signs
-    extent = {"min": np.minimum(low, high).tolist(), "max": np.maximum(low, high).tolist()}
-    views: dict[str, _View] = {"POSITION": (vertices.points, "VEC3", _FLOAT, extent)}
+    vertices, signs = mesh.vertices, np.array(axes_signs("y-up"), np.float32)
+    arrays: dict[str, NDArray[Any]] = {"POSITION": vertices.points * signs}
     if vertices.normals is not None:
-        views["NORMAL"] = vertices.normals, "VEC3", _FLOAT, {}
-    views["COLOR_0"] = vertices.colours, "VEC4", _UINT16, {"normalized": True}
-    views |= {f"_{name.upper()}": (values, "SCALAR", _FLOAT, {}) for name, values in vertices.scalars.items()}
-    described, length = _description(views, (mesh.faces.reshape(-1), "SCALAR", _UINT32, {}))
+        arrays["NORMAL"] = vertices.normals * signs
+    arrays["COLOR_0"] = np.pad(_LINEAR[vertices.colours], ((0, 0), (0, 1)), constant_values=0xFFFF)
+    arrays |= {f"_{name.upper()}": values.astype("<f4") for name, values in vertices.scalars.items()}
+    arrays["indices"] = mesh.faces.reshape(-1).astype("<u4")
+    described, length = _description(arrays)
     yield struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(described) + 8 + length)
     yield struct.pack("<I4s", len(described), b"JSON") + described
     yield struct.pack("<I4s", length, b"BIN\0")
-    for name, (values, _, kind, _) in views.items():
-        for start in range(0, len(values), _AT_ONCE):
-            some = values[start : start + _AT_ONCE]
-            if name == "COLOR_0":
-                some = np.pad(_LINEAR[some], ((0, 0), (0, 1)), constant_values=0xFFFF)
-            elif name in {"POSITION", "NORMAL"}:
-                some = some * signs
-            yield some.astype(_DTYPES[kind]).tobytes()
-    for triangles in triangles_of(mesh.faces):
-        yield triangles.astype(_DTYPES[_UINT32]).tobytes()
+    for values in arrays.values():
+        yield from (some.tobytes() for some in pieces(values))
 
 
-def _description(views: dict[str, _View], indices: _View) -> tuple[bytes, int]:
+def _description(arrays: Mapping[str, NDArray[Any]]) -> tuple[bytes, int]:
     """The file's JSON, padded to multiples of 4 bytes, and the number of bytes of all arrays."""
     offset = 0
-    buffer_views, accessors = [], []
-    for number, (values, shape, kind, more) in enumerate([*views.values(), indices]):
-        size = len(values) * _WIDTHS[shape] * _DTYPES[kind].itemsize
-        target = _INDICES if number == len(views) else _VERTICES
-        buffer_views.append({"buffer": 0, "byteOffset": offset, "byteLength": size, "target": target})
-        accessors.append({"bufferView": number, "componentType": kind, "count": len(values), "type": shape, **more})
-        offset += size
-    attributes = {name: number for number, name in enumerate(views)}
-    primitive = {"attributes": attributes, "indices": len(views), "material": 0, "mode": 4}
+    views, accessors = [], []
+    for number, (name, values) in enumerate(arrays.items()):
+        target = _INDICES if name == "indices" else _VERTICES
+        views.append({"buffer": 0, "byteOffset": offset, "byteLength": values.nbytes, "target": target})
+        kind, element = _NUMBERS[values.dtype.newbyteorder("<").str], _ELEMENTS[values.shape[1:]]
+        accessors.append({"bufferView": number, "componentType": kind, "count": len(values), "type": element})
+        offset += values.nbytes
+    accessors[0] |= {"min": arrays["POSITION"].min(axis=0).tolist(), "max": arrays["POSITION"].max(axis=0).tolist()}
+    attributes = {name: number for number, name in enumerate(arrays)}
+    accessors[attributes["COLOR_0"]] |= {"normalized": True}
+    primitive = {"attributes": attributes, "indices": attributes.pop("indices"), "material": 0, "mode": 4}
     content = {
         "asset": {"version": "2.0", "generator": "ILF Studio"},
         "extensionsUsed": ["KHR_materials_unlit"],
@@ -106,21 +94,21 @@ def _description(views: dict[str, _View], indices: _View) -> tuple[bytes, int]:
             }
         ],
         "accessors": accessors,
-        "bufferViews": buffer_views,
+        "bufferViews": views,
         "buffers": [{"byteLength": offset}],
     }
     text = json.dumps(content, separators=(",", ":")).encode()
     return text + b" " * (-len(text) % 4), offset
 
 
-def _linear_of(values: Sequence[int]) -> NDArray[np.uint16]:
+def _linear_of(values: NDArray[np.integer]) -> NDArray[np.uint16]:
     """Convert 8-bit sRGB values (IEC 61966-2-1) to linear light, in 16 bits."""
-    share = np.asarray(values) / 255
+    share = values / 255
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.rint(0xFFFF * light).astype(np.uint16)
 
 
-_LINEAR = _linear_of(range(256))
+_LINEAR = _linear_of(np.arange(256))
 
 
 MESH_SUFFIXES = (".ply", ".obj", ".glb")

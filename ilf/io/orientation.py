@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -44,15 +43,6 @@ _SURE, _BETTER = 0.15, 0.08
 _UNTURNED = AS_STORED, "", False
 
 
-def orientation_tag(file: FileContent) -> int:
-    """The orientation tag of a file, 1 to 8; 1 if it has none, or is of a format without such tags."""
-    try:
-        tag = image_header(file, file.data.tobytes()).orientation
-    except FormatError:
-        return 1
-    return tag if tag in _EFFECTS else 1
-
-
 def _claim(file: FileContent) -> tuple[int, str]:
     """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
     if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
@@ -63,8 +53,11 @@ def _claim(file: FileContent) -> tuple[int, str]:
         tag = heic_orientation(file)
         back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
         return OPPOSITE.get(tag, tag), back if tag in _EFFECTS else ""
-    tag = orientation_tag(file)
-    return tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})" if tag != 1 else ""
+    try:
+        tag = image_header(file, file.data.tobytes()).orientation
+    except FormatError:  # of a format without such tags
+        tag = 1
+    return (tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})") if tag in _EFFECTS else (1, "")
 
 
 def pair_orientation(
@@ -112,24 +105,8 @@ def pair_orientation(
         return _decided(named, tags, scores[1] > scores[0], "edges of colour and depth coincide only so")
     if is_pfm:
         return _UNTURNED  # nearly all are from the bottom up
-    return (
-        AS_STORED,
-        f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide hardly better either "
-        "way. If colour and depth do not fit, save that file again as an image that is upright.",
-        True,
-    )
-
-
-def companion_doubts(files: Sequence[FileContent], expected: int) -> tuple[str, ...]:
-    """Describe those images beside a pair (ground truth, guide, confidence map) whose orientation tag is not that of
-    the pair as it is read: 1 if it is upright, else that of its depth file."""
-    tags = {file.path.name: orientation_tag(file) for file in files}
-    return tuple(
-        f"The orientation tag of {name} ({tag}) is not that of the frame as it is read ({expected}), and is not "
-        "applied: if both do not fit, save that file upright, without the tag."
-        for name, tag in tags.items()
-        if tag != expected
-    )
+    told = f"{named}, and is read as stored, which is uncertain: edges of colour and depth coincide as well either way"
+    return AS_STORED, f"{told}. If they do not fit, save that file again as an image that is upright.", True
 
 
 def _decided(named: str, tags: Tags, is_applied: bool, reason: str) -> tuple[Tags, str, bool]:

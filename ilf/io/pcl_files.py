@@ -19,9 +19,6 @@ PCD_SUFFIX, PCLZF_SUFFIX = ".pcd", ".pclzf"
 
 _MAX_HEADER = 4096
 _MAX_FIELDS = 64
-_TYPES = {("I", 1): "i1", ("I", 2): "<i2", ("I", 4): "<i4", ("I", 8): "<i8", ("U", 1): "u1", ("U", 2): "<u2"} | {
-    ("U", 4): "<u4", ("U", 8): "<u8", ("F", 4): "<f4", ("F", 8): "<f8",
-}  # fmt: skip
 _COLOURS = "rgb", "rgba"
 _PCLZF_HEADER = struct.Struct("<5s2I16s2I")
 
@@ -61,24 +58,22 @@ def _points(file: FileContent) -> NDArray[Any]:
         return _of_text(file, data, fields, count).reshape(height, width)
     wanted = count * fields.itemsize
     if kind == "binary_compressed":
-        if len(data) < 8:
-            raise _truncated(file)
-        compressed, size = struct.unpack("<2I", data[:8])
+        compressed, size = struct.unpack("<2I", data[:8]) if len(data) >= 8 else (0, 0)
         if size != wanted or compressed > len(data) - 8:
             raise _truncated(file)
-        data = _by_field(lzf_decompressed(file, data[8 : 8 + compressed], size), fields, count)
+        return _by_field(lzf_decompressed(file, data[8 : 8 + compressed], size), fields, count).reshape(height, width)
     if len(data) < wanted:
         raise _truncated(file)
     return np.frombuffer(data, fields, count).reshape(height, width)
 
 
-def _by_field(data: bytes, fields: np.dtype[Any], count: int) -> bytes:
-    """The bytes of the points one after the other, from all values of each field one after the other."""
+def _by_field(data: bytes, fields: np.dtype[Any], count: int) -> NDArray[Any]:
+    """The points from all values of each field one after the other."""
     points, at = np.empty(count, fields), 0
     for name in fields.names or ():
         points[name] = np.frombuffer(data, fields[name], count, at)
         at += fields[name].itemsize * count
-    return points.tobytes()
+    return points
 
 
 def _of_text(file: FileContent, data: bytes, fields: np.dtype[Any], count: int) -> NDArray[Any]:
@@ -99,13 +94,12 @@ def _header(file: FileContent) -> tuple[tuple[int, int], np.dtype[Any], str, int
         raise wrong_kind(file, start, "a PCD")
     lines = (line.split() for line in start[: end.start()].decode("ascii", "replace").splitlines())
     stated: Mapping[str, list[str]] = {words[0]: words[1:] for words in lines if words and not words[0].startswith("#")}
-    with told_as(
-        FormatError, f"{file}: its header is damaged ({{error}}). Copy or export it again.", (LookupError, ValueError)
-    ):
+    told = f"{file}: its header is damaged ({{error}}). Copy or export it again."
+    with told_as(FormatError, told, (LookupError, ValueError, TypeError)):
         names = stated["FIELDS"]
         sizes = [int(text) for text in stated["SIZE"]]
         counts = [int(text) for text in stated.get("COUNT", ["1"] * len(names))]
-        kinds = [_TYPES[kind.upper(), size] for kind, size in zip(stated["TYPE"], sizes, strict=True)]
+        kinds = [f"<{kind.lower()}{size}" for kind, size in zip(stated["TYPE"], sizes, strict=True)]
         width, height = int(stated["WIDTH"][0]), int(stated["HEIGHT"][0])
         if min(width, height, *counts) < 1 or len(names) > _MAX_FIELDS or max(counts) > _MAX_FIELDS:
             raise ValueError("a size is not positive")

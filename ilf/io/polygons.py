@@ -295,10 +295,8 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
     size, counts = segmentation.get("size"), segmentation.get("counts")
     height, width = shape
     if size != [height, width]:
-        raise InputError(
-            f"{where} is for an image of [height, width] = {size!s:.40}, but the frame is {width} x {height}. "
-            "Use the masks of this frame."
-        )
+        told = f"{where} is for an image of [height, width] = {size!s:.40}, but the frame is {width} x {height}"
+        raise InputError(f"{told}. Use the masks of this frame.")
     if isinstance(counts, str):
         runs = _from_text(counts, where, height * width)
     elif isinstance(counts, list) and all(type(one) is int for one in counts):

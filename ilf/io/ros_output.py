@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import os
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from ..data.camera import Camera
-from ..errors import ParameterError
+from ..errors import ExportError, ParameterError, cause, told_as
 from .depth import UINT16_MAX
-from .mcap import McapFile
+from .mcap import END
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"
 COLOUR_TOPIC, ERROR_TOPIC = "/image_rect_color", "/expected_error"
@@ -56,7 +60,7 @@ class StampedDepth:
     name: str = "frame"
 
 
-class DepthRecorder(McapFile):
+class DepthRecorder(Closeable):
     """Writes depth into one MCAP file of ROS 2: topics `depth_completed` and `camera_info`, and `image_rect_color`
     (rgb8), `expected_error` (32FC1, metres) and `tf` for frames that have these. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
@@ -84,18 +88,72 @@ class DepthRecorder(McapFile):
     def __init__(self, path: str | os.PathLike[str], *, encoding: str = "32FC1", frame_id: str = "camera") -> None:
         if encoding not in ENCODINGS_OF_ROS:
             raise ParameterError(f"Depth is written as {' or '.join(ENCODINGS_OF_ROS)}, not as {encoding!r:.40}.")
-        typesys = optional("rosbags.typesys", "ilf-studio[sensors]", "Writing a recording of ROS 2")
+        typesys, writer = (
+            optional(name, "ilf-studio[sensors]", "Writing a recording of ROS 2")
+            for name in ("rosbags.typesys", "mcap.writer")
+        )
+        self.path, self._encoding, self._frame_id = Path(path), encoding, frame_id
         self._store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-        self._encoding, self._frame_id = encoding, frame_id
-        super().__init__(path)
+        self._content = io.BytesIO()
+        self._writer = writer.Writer(
+            self._content,
+            chunk_size=sys.maxsize,
+            compression=writer.CompressionType.NONE,
+            index_types=writer.IndexType.NONE,
+            repeat_channels=False,
+            repeat_schemas=False,
+            use_statistics=False,
+            use_summary_offsets=False,
+            enable_crcs=False,
+        )
+        self._writer.start("ros2", "ilf")
+        self._channels: dict[str, int] = {}
+        self._end = 0
+        if self.path.exists():
+            raise ExportError(f"{self.path} already exists. Choose another name.")
+        with told_as(ExportError, f"{self.path} could not be written: {{error}}. Choose another place.", OSError):
+            self._file = open(self.path, "xb", buffering=0)  # noqa: SIM115 - closed by `close`
+        self._finish_moment()
 
     def write(self, frame: StampedDepth) -> None:
-        """Write a frame; raises ExportError if it cannot be written, for example on a full disk."""
+        """Write a frame, wholly or, after an error, not, and no more afterwards; raises ExportError if it cannot be
+        written, for example on a full disk."""
         for topic, message in _messages(self._store, frame, self._encoding, self._frame_id):
             kind = message.__msgtype__
-            definition, _ = self._store.generate_msgdef(kind, ros_version=2)
-            self.add(topic, kind, definition, bytes(self._store.serialize_cdr(message, kind)), frame.stamp)
-        self.finish_moment()
+            if topic not in self._channels:
+                definition, _ = self._store.generate_msgdef(kind, ros_version=2)
+                schema = self._writer.register_schema(kind, "ros2msg", definition.encode())
+                self._channels[topic] = self._writer.register_channel(topic, "cdr", schema)
+            data = bytes(self._store.serialize_cdr(message, kind))
+            self._writer.add_message(self._channels[topic], frame.stamp, data, frame.stamp)
+        self._finish_moment()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _finish_moment(self) -> None:
+        """Write the messages of a frame as a chunk, and the end of the file, which the next chunk replaces."""
+        self._writer.flush()
+        size = self._content.tell()
+        self._writer.finish()
+        try:
+            self._write_at(self._end, self._content.getvalue())
+        except OSError as error:
+            self._file.truncate(self._end)
+            if self._end:
+                self._write_at(self._end, END)  # there is room: it was there before
+            self._file.close()
+            raise ExportError(f"{self.path} could not be written: {cause(error)}. It has the frames so far.") from error
+        self._end += size
+        self._content.seek(0)
+        self._content.truncate()
+
+    def _write_at(self, place: int, content: bytes) -> None:
+        self._file.seek(place)
+        left = memoryview(content)
+        while left:
+            left = left[self._file.write(left) :]
 
 
 def _messages(store: Any, frame: StampedDepth, encoding: str, frame_id: str) -> Iterator[tuple[str, Any]]:

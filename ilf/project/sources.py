@@ -26,8 +26,7 @@ from ..io.frame_additions import ground_truth_of
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
-from ..sources.image_pair import frame_of_images
-from ..sources.read_images import read_recorded
+from ..sources.read_images import frame_of_images, read_recorded
 from ..sources.trajectories import camera_pose
 from .archive import Parts
 
@@ -258,7 +257,7 @@ def _of_recording(inputs: FrameInputs, name: str, intrinsics: Camera | None, pla
     def original(path: Path) -> RGBDFrame | None:
         found = read_recorded(dataclasses.replace(FrameRef.of(inputs), rgb=str(path)), name)
         same = (found.inputs.rgb.sha256, found.inputs.depth.sha256) == (inputs.rgb.sha256, inputs.depth.sha256)
-        return found.frame(intrinsics) if same else None
+        return dataclasses.replace(found, camera=intrinsics).frame() if same else None
 
     return first_original(InputFile(inputs.rgb.path, ""), places, original)
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .._runtime.addresses import Address
 from .._runtime.files import FileContent, is_address, read_file
 from .._runtime.folders import folder_at
+from .._runtime.formatting import natural
 from .._runtime.named_places import named_in
 from ..data.camera import Camera
 from ..errors import FormatError, InputError, told_as
@@ -25,7 +26,6 @@ from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
 from ..sources.opening import is_recording, opened
 from ..sources.own_results import is_shards
-from ..sources.pairing import natural
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files

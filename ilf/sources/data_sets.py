@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,8 @@ from ..io.cameras import CAMERA_FILE, read_cameras
 from .file_patterns import Folders
 from .frame_ref import FrameRef
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from .pairing import Pairs
 from .reading_options import ReadingOptions
-from .times import ASSOCIATION_FILES, TUM_UNITS, associated, gap_text, read_associations, read_time_list
+from .times import TimedPairs
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
@@ -74,8 +74,16 @@ def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     return [folder / name for name in files if Path(name).suffix.lower() in suffixes]
 
 
+# Lists of images by time, as in the TUM RGB-D benchmark.
+
 TIME_LISTS = frozenset({"rgb.txt", "depth.txt"})
 """Lists of the TUM benchmark: of colour and of depth files, with their times."""
+
+ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
+"""Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
+
+TUM_UNITS = 5000.0
+"""File units per metre of the depth in such lists."""
 
 
 def has_time_lists(files: Collection[str]) -> bool:
@@ -86,17 +94,13 @@ def has_time_lists(files: Collection[str]) -> bool:
 def timed_frames(
     root: Path, files: Collection[str], given: ReadingOptions, max_gap: float
 ) -> tuple[list[FrameRef], tuple[float, ...], tuple[str, ...]]:
-    """The frames of a folder that lists them by time, their times [s], and notes; raises FormatError if colour and
-    depth do not match within `max_gap` [s], or a list is damaged."""
-    notes: list[str] = []
+    """The frames of a folder that lists them by time, their times [s], and notes; raises InputError if colour and
+    depth do not match within `max_gap` [s], FormatError if a list is damaged."""
+    notes: tuple[str, ...] = ()
     if set(files) >= TIME_LISTS:
-        colours, depths = read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt")
-        pairs = associated(colours, depths, max_gap)
-        if not pairs:
-            raise FormatError(f"{root}, rgb.txt and depth.txt: {gap_text(colours, depths, max_gap)}")
-        notes = Pairs(pairs, len(colours) - len(pairs), len(depths) - len(pairs)).notes(f"within {max_gap:g} s")
-        times = {name: time for time, name in colours}
-        rows = [(times[rgb], rgb, depth) for rgb, depth in pairs]
+        pairs = TimedPairs(read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt"))
+        _, times, notes = pairs.index(max_gap, f"{root}, rgb.txt and depth.txt")
+        rows = [(time, *pair) for time, pair in zip(times, pairs.paired(max_gap).values(), strict=True)]
     else:
         rows = read_associations(root / next(name for name in ASSOCIATION_FILES if name in files))
     options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=_camera_by_name(root.name.lower())))
@@ -116,3 +120,68 @@ def _camera_by_name(name: str) -> str | None:
     if number := re.search(r"freiburg([123])", name):
         return f"tum-fr{number[1]}"
     return "bonn" if name.startswith("rgbd_bonn") else None
+
+
+def read_time_list(path: Path) -> dict[str, tuple[float, str]]:
+    """File names of a list, each with its time [s] and itself: a time and a name per line, also as Windows writes it; #
+    marks comments.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    FormatError
+        If a line has other content, or a file is listed twice.
+    """
+    with told_as(FormatError, f"{path} is not a text file ({{error}}). Export the list again.", UnicodeDecodeError):
+        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
+    found = []
+    for number, line in enumerate(lines, 1):
+        words = line.strip("\ufeff \t").split(maxsplit=1)
+        if not words or words[0].startswith("#"):
+            continue
+        told = f"{path}, line {number} must be a time and a file, not {line!r:.80}."
+        with told_as(FormatError, told, (ValueError, IndexError)):
+            time, name = float(words[0]), words[1].strip().replace("\\", "/")
+            if not (math.isfinite(time) and _is_file_name(name)):
+                raise ValueError
+        found.append((time, name))
+    _check_unique(path, (name for _, name in found))
+    return {name: (time, name) for time, name in found}
+
+
+def read_associations(path: Path) -> list[tuple[float, str, str]]:
+    """Time of colour [s], colour and depth file of each line of a list of pairs, in either order.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_time_list`.
+    """
+    found = []
+    for time, rest in read_time_list(path).values():
+        words = rest.split()
+        told = f"a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}"
+        with told_as(FormatError, f"{path}: {told}.", (ValueError, IndexError)):
+            first, (other, second) = words[0], (float(words[1]), words[2])
+            if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
+                raise ValueError
+        is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
+        found.append((other, second, first) if is_depth_first else (time, first, second))
+    if not found:
+        raise FormatError(f"{path} lists no files. Export the list again.")
+    _check_unique(path, (name for _, rgb, depth in found for name in (rgb, depth)))
+    return found
+
+
+def _is_file_name(name: str) -> bool:
+    return Path(name).name not in {"", ".."}
+
+
+def _check_unique(path: Path, names: Iterable[str]) -> None:
+    """Raise FormatError if a list contains a file twice, under any spelling of its path."""
+    seen: set[str] = set()
+    for name in map(os.path.normpath, names):
+        if name in seen:
+            raise FormatError(f"{path} lists {name!r:.80} twice. Export the list again.")
+        seen.add(name)

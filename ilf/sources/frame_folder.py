@@ -124,14 +124,12 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     description, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
     truth = _ground_truth_in(root, description)
-    guide = _named_image(root, stated.guide) or _found(root, "guide", GUIDE_SUFFIXES)
-    confidence = _named_image(root, stated.confidence) or _found(root, "confidence", CONFIDENCE_SUFFIXES)
     options = replace(
         options,
         dataset=dataset,
         ground_truth=None if truth is None else with_dataset(truth, truth_dataset),
-        guide=None if guide is None else str(guide),
-        confidence=None if confidence is None else str(confidence),
+        guide=_beside(root, stated.guide, "guide", GUIDE_SUFFIXES),
+        confidence=_beside(root, stated.confidence, "confidence", CONFIDENCE_SUFFIXES),
     )
     size, outside_view = stated.size, _named_image(root, stated.outside_view)
     return FrameFiles(rgb, depth, stated.name, options, size, outside_view, has_meta)
@@ -212,6 +210,12 @@ def _ground_truth_in(root: Path, description: str | None) -> Path | None:
     if description and Path(description).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", description):
         return _named_image(root, description)
     return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
+
+
+def _beside(root: Path, named: str | None, stem: str, suffixes: tuple[str, ...]) -> str | None:
+    """A further file of a frame folder: as listed in meta.json, or by its usual name; None if there is none."""
+    found = _named_image(root, named) or _found(root, stem, suffixes)
+    return None if found is None else str(found)
 
 
 def _named_image(root: Path, named: str | None, run: str | None = None) -> Path | None:

@@ -194,12 +194,3 @@ def layouts_from_file(path: Path) -> list[Layout]:
     if wrong or not data:
         raise FormatError(f"{content} must contain a table [NAME] for each layout, not named {GIVEN}.")
     return [layout_of(table, name, str(content)) for name, table in data.items()]
-
-
-def camera_numbers(text: str) -> dict[str, float] | None:
-    """The intrinsics that a text states as four numbers, or six with width and height; None if it does not."""
-    try:
-        numbers = dict(zip(("fx", "fy", "cx", "cy", "width", "height"), map(float, text.split(",")), strict=False))
-    except ValueError:
-        return None
-    return numbers if len(numbers) in {4, 6} else None

@@ -11,17 +11,17 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, cast
 
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, natural
 from .._runtime.named_places import named_in
-from ..data.camera import Camera, camera_of, is_preset
+from ..data.camera import is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
-from ..io.cameras import IntrinsicsSpec, intrinsics_from
+from ..io.cameras import IntrinsicsSpec, is_numbers, sized_camera
 from ..io.encodings import ray_encoding
 from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
 from .frame_ref import FrameRef
-from .layout import GIVEN, LIST_SUFFIX, Layout, camera_numbers
-from .pairing import Pairs, natural
+from .layout import GIVEN, LIST_SUFFIX, Layout
+from .pairing import Pairs
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
 
@@ -64,8 +64,11 @@ class LayoutFrames:
         self._layout, self._folders = layout, folders
         self._camera_file, self._shared = cache(read_camera_file), cache(self._found_above)
         self._trajectories: dict[str, Trajectory] = {}
+        self._colours, self._depths = self._files(layout.rgb, is_depth=False), self._files(layout.depth, is_depth=True)
         self.unmatched = Pairs([], 0, 0)
-        """Numbers of colour and depth files without the other, after `sources`."""
+        """Numbers of colour and depth files without the other."""
+        self.frames = self._frames()
+        """Colour and depth files that belong together."""
         self.not_found: tuple[str, ...] = ()
         """Keys of the layout of whose files none was found, after `sources`."""
 
@@ -79,8 +82,6 @@ class LayoutFrames:
         FormatError
             If a file of intrinsics or poses is damaged.
         """
-        frames = self._frames()
-        poses = self._poses(frames)
         root, patterns = self._folders.root, (self._layout.rgb, self._layout.depth)
         stated_in = root if any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text)) else None
         sources = [
@@ -90,7 +91,7 @@ class LayoutFrames:
                 options=given.or_else(self._options(frame, pose, given)),
                 stated_in=stated_in,
             )
-            for frame, pose in zip(frames, poses, strict=True)
+            for frame, pose in zip(self.frames, self._poses(self.frames), strict=True)
         ]
         self.not_found = tuple(
             f"{key}={text}"
@@ -100,21 +101,14 @@ class LayoutFrames:
         return sources
 
     @property
-    def has_frames(self) -> bool:
-        """Whether there are colour and depth files that belong together."""
-        return bool(self._frames())
-
-    @property
     def counts(self) -> str:
         """How many files match the patterns of colour and depth, for messages."""
-        patterns = self._layout.rgb, self._layout.depth
-        files = ((text, self._files(text, at == 1)) for at, text in enumerate(patterns))
+        files = (self._layout.rgb, self._colours), (self._layout.depth, self._depths)
         told = [f"{text} matches {counted(len(found), 'file')}" for text, found in files]
         return f"{' and '.join(told)}, of which none belong together"
 
     def _frames(self) -> list[_Frame]:
-        """Colour and depth files that belong together."""
-        colours, depths = self._files(self._layout.rgb, is_depth=False), self._files(self._layout.depth, is_depth=True)
+        colours, depths = self._colours, self._depths
         if not (colours and depths):
             return []
         shared = colours[0][1].keys() & depths[0][1].keys()
@@ -210,15 +204,12 @@ class LayoutFrames:
 
     def _camera(self, texts: str, frame: _Frame) -> IntrinsicsSpec | None:
         """The intrinsics that a layout's text states, or those of the file that it names."""
-        found = (self._camera_of(text, frame) for text in texts.split("|"))
+        found = (self._camera_of(text, frame) for text in texts.split("|") if text)
         return next((camera for camera in found if camera is not None), None)
 
     def _camera_of(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
-        numbers = camera_numbers(text)
-        if not text or is_preset(text):
-            return text or None
-        if numbers is not None:
-            return numbers if len(numbers) > 4 else camera_of(numbers, None, self._layout.name)
+        if is_preset(text) or is_numbers(text):
+            return text
         pattern, _, entry = text.partition(ENTRY_MARK)
         path = self._beside(pattern, frame)
         if path is None:
@@ -265,7 +256,4 @@ def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
     """The encoding of distances along the rays of a camera."""
     if camera is None:
         raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
-    intrinsics = intrinsics_from(camera)
-    assert isinstance(intrinsics, Camera)
-    size = (int(camera["width"]), int(camera["height"])) if isinstance(camera, Mapping) and "width" in camera else None
-    return ray_encoding(units, intrinsics, size)
+    return ray_encoding(units, sized_camera(camera))

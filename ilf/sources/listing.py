@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
-from .._runtime.formatting import counted
+from .._runtime.formatting import counted, natural
 from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
@@ -25,7 +25,7 @@ from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
 from .own_results import is_result
-from .pairing import natural, paired, paired_by_time, split_by_kind, time_of, why_unpaired
+from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
 
@@ -181,12 +181,9 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
         return found
     frames = {name: _frame_in(folders, name, given) for name in sorted(inside, key=natural)}
     if refs := [ref for ref in frames.values() if ref is not None]:
-        left_out = []
-        if empty := [name for name, ref in frames.items() if ref is None]:
-            left_out.append(
-                f"{counted(len(empty), 'folder')} left out: there is no matching colour and depth file, or more than "
-                f"one ({_first_names(empty)})."
-            )
+        empty = [name for name, ref in frames.items() if ref is None]
+        why = f"there is no matching colour and depth file, or more than one ({_first_names(empty)})"
+        left_out = [f"{counted(len(empty), 'folder')} left out: {why}."] if empty else []
         return _of_measured(refs, left_out, "a folder for each frame")
     told = f"{root} contains no frames: {why_none}"
     if not why_none:
@@ -302,7 +299,7 @@ def _by_layout(
     notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
     if is_given and listed.not_found:
         notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
-    if others := ", ".join(other.text for other, frames in tried if frames.has_frames):
+    if others := ", ".join(other.text for other, listed in tried if listed.frames):
         notes.append(f"Read by the layout {layout.text}. Other layouts fit, too: {others}.")
     is_registered = layout.registered and not layout.depth_K
     return Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Collection, Iterable
 from typing import NamedTuple
 
-from .._runtime.formatting import counted
+from .._runtime.formatting import natural
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
-from .times import associated, gap_text
+from .times import associated, gap_text, left_out
 
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
@@ -30,24 +30,8 @@ class Pairs(NamedTuple):
 
     def notes(self, match_condition: str) -> list[str]:
         """Notes on files that were left out: they lack a file of the other kind of that name, or within a time."""
-        counts = (("colour", "depth", self.unmatched_colours), ("depth", "colour", self.unmatched_depths))
-        notes = [
-            f"{counted(count, f'{what} file')} left out: there is no {other} file {match_condition}."
-            for what, other, count in counts
-            if count
-        ]
+        notes = left_out(self.unmatched_colours, self.unmatched_depths, match_condition)
         return [*notes, f"Left out: {shared_text(self.shared)}."] if self.shared else notes
-
-
-def natural(name: str) -> str:
-    """Sort key for natural order.
-
-    Examples
-    --------
-    >>> sorted(["frame-10", "Frame-2", "frame-1"], key=natural)
-    ['frame-1', 'Frame-2', 'frame-10']
-    """
-    return _NUMBER.sub(lambda number: number[0].zfill(20), name.casefold())
 
 
 def split_by_kind(names: Iterable[str]) -> tuple[list[str], list[str]]:
@@ -227,7 +211,5 @@ def shared_text(shared: Iterable[tuple[str, ...]]) -> str:
     """The rest of a sentence on files that share a name: what to do about them."""
     groups = [" and ".join(names) for names in shared]
     told = "; ".join([*groups[:2], *(["..."] if len(groups) > 2 else [])])
-    return (
-        f"some files, but for punctuation and ending, have the same name ({told}): leave one of each out, or give "
-        "their endings (--layout)"
-    )
+    same = f"some files, but for punctuation and ending, have the same name ({told})"
+    return f"{same}: leave one of each out, or give their endings (--layout)"

@@ -7,30 +7,46 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
-from .._runtime.schema import Section, converted
+from .._runtime.schema import converted
 from ..data.camera import Camera, Cameras, checked_transform, lens_of
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.depth import read_depth_values
-from ..io.encodings import packed_channels
+from ..io.encodings import encoding_of, packed_channels, single_encoding
 from ..io.images import read_colour
-from .frame_folder import Meta
 from .naming import CALIBRATION_NAME, META_NAME, by_stem
 from .recording import RecordedFrame, Recording, sha256_of
 
-_MOTION = "depth_to_colour"
 _COLOUR, _DEPTH = ("colour", "color", "rgb"), ("depth",)
 _COLOUR_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".ppm")
 _DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".pgm", ".npy", ".exr", ".pfm")
-_AS_IN_META = "depth_units_per_m", "depth_encoding", "depth_invalid"
 _MAX_CALIBRATION_BYTES = 2**20
 """Maximum size of a calibration file [bytes]."""
 _SINGLE_KEY = "1"
 """Key of the pair in a folder with only one."""
+
+
+class _Lens(msgspec.Struct):
+    """A camera of calibration.json; its distortion is in OpenCV's order."""
+
+    size: tuple[int, int]
+    K: list[Any]
+    distortion: list[float] = []
+    model: str = "pinhole"
+
+
+class _Calibration(msgspec.Struct):
+    colour: _Lens
+    depth: _Lens
+    depth_to_colour: list[Any]
+    depth_units_per_m: float | None = None
+    depth_encoding: str | float | None = None
+    depth_invalid: float | None = None
 
 
 class RawPairs(Recording):
@@ -48,17 +64,14 @@ class RawPairs(Recording):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._calibration = read_file(path / CALIBRATION_NAME)
-        data = read_json(self._calibration)
         with told_as(FormatError, f"{path / CALIBRATION_NAME}: {{error}}", (InputError, ParameterError)):
-            if not isinstance(data, dict):
-                raise InputError("it must contain a JSON object with colour, depth and depth_to_colour.")
-            stated = Section("calibration", data)
-            colour, depth = (_camera(stated.section(name)) for name in ("colour", "depth"))
-            motion = checked_transform(stated.get(_MOTION, list), repr(_MOTION))
-            self._cameras = Cameras(colour, depth, motion)
-            known = {name: data[name] for name in _AS_IN_META if name in data}
-            options = converted({"name": path.name, **known}, Meta, "calibration").options
-            self._encoding, self._invalid = options.depth_encoding, options.invalid
+            stated = converted(read_json(self._calibration), _Calibration, "calibration")
+            motion = checked_transform(stated.depth_to_colour, "'depth_to_colour'")
+            self._cameras = Cameras(_camera(stated.colour), _camera(stated.depth), motion)
+            self._encoding = single_encoding(stated.depth_encoding, stated.depth_units_per_m)
+            self._invalid = stated.depth_invalid
+            if self._encoding is not None:
+                encoding_of(self._encoding)
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
         if unmatched := len(colours.keys() ^ depths.keys()):
@@ -74,7 +87,7 @@ class RawPairs(Recording):
             return False
         try:
             is_small = file.stat().st_size <= _MAX_CALIBRATION_BYTES
-            return is_small and f'"{_MOTION}"'.encode() in read_file(file).data.tobytes()
+            return is_small and b'"depth_to_colour"' in read_file(file).data.tobytes()
         except (OSError, InputError):  # opening it raises the precise error
             return True
 
@@ -100,12 +113,9 @@ class RawPairs(Recording):
         return self._cameras
 
 
-def _camera(stated: Section) -> Camera:
-    size = tuple(stated.items("size", int))
-    facts: dict[str, Any] = {"K": stated.get("K", list)}
-    facts |= {"distortion": stated.items("distortion", float)} if "distortion" in stated.values else {}
-    facts |= {"model": stated.get("model", str)} if "model" in stated.values else {}
-    return replace(lens_of(facts), size=size)
+def _camera(stated: _Lens) -> Camera:
+    facts = {"K": stated.K, "distortion": stated.distortion, "model": stated.model}
+    return replace(lens_of(facts), size=stated.size)
 
 
 def _images(root: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, Path]:

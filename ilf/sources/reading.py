@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
-from ..io.cameras import IntrinsicsSpec, frame_camera
+from ..io.cameras import IntrinsicsSpec
 from ..io.depth_reading import DepthReading
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import (
@@ -35,12 +34,11 @@ from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
-from .image_pair import depth_of_files, read_files
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
 from .own_results import COMPLETED_DEPTH, is_result
 from .pairing import time_of
-from .read_images import read_recorded
+from .read_images import depth_of_files, read_files, read_recorded
 from .reading_options import OPTIONS, ReadingOptions
 from .registration import RawPair
 
@@ -187,16 +185,17 @@ def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, w
         As `load_frame`, and as `FrameRef.allowed`.
     """
     own = ref.allowed()
-    report = warn_of_reading if warn else lambda text: None
     with copied(own) as here:
-        loaded = _read(here, name, beside, lambda text: report(restored(text)))
+        loaded, issued = _read(here, name, beside)
+    for text in issued if warn else ():
+        warn_of_reading(restored(text))
     loaded = loaded if here is own else with_addresses(loaded)
     note_opened(*own.paths, *own.options.camera_paths.values(), *loaded.files)
     return loaded
 
 
-def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str], None]) -> RGBDFrame:
-    """Read a frame on this machine, and report plausibility warnings and what was left out."""
+def _read(ref: FrameRef, name: str | None, beside: bool) -> tuple[RGBDFrame, list[str]]:
+    """Read a frame on this machine; with plausibility warnings and what was left out."""
     if ref.frame is None:
         files = files_of(ref, beside=beside)
         chosen = ref.options.or_else(files.options)
@@ -204,34 +203,27 @@ def _read(ref: FrameRef, name: str | None, beside: bool, report: Callable[[str],
             lacking = "no depth_units_per_m (1000 for millimetres) and no depth_encoding"
             raise FormatError(f"{Path(ref.rgb) / META_NAME} has {lacking}: add one, or give depth units.")
         images = read_files(files, ref.options, name)
-        loaded = images.frame()
     else:
         images, chosen = read_recorded(ref, name), ref.options
-        stated = chosen.intrinsics if images.inputs.lenses is None else None  # or else it is that of the lens
-        camera, notes = frame_camera(stated, images.shape)
-        if camera is None and notes:
-            raise InputError(notes[0])
-        loaded = images.frame(camera, notes)
+    loaded = images.frame()
     if is_result(ref):
         loaded = replace(loaded, notes=(*loaded.notes, f"{ref.depth or ref.rgb}: {COMPLETED_DEPTH}"))
-    for text in (*images.warnings, *(one for one in loaded.notes if one.startswith(CAMERA_DOUBT))):
-        report(text)
+    issued = [*images.warnings, *(text for text in loaded.notes if text.startswith(CAMERA_DOUBT))]
     chosen = chosen.checked()
-    loaded = _with_min_confidence(loaded, chosen.confidence or images.confidence, chosen.min_confidence, report)
+    loaded, doubt = _with_min_confidence(loaded, chosen.confidence or images.confidence, chosen.min_confidence)
+    issued += [doubt] if doubt else []
     if chosen.guide is not None:
         loaded = loaded.with_guide(load_guide(chosen.guide, loaded.shape, loaded.rgb, chosen.guide_gives))
     elif chosen.guide_gives is not None:
         loaded = replace(loaded, notes=(*loaded.notes, NO_GUIDE))
-        report(NO_GUIDE)
-    if chosen.ground_truth is None:
-        if ref.options.ground_truth_units is not None:
-            raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
-        return loaded
-    known = len(loaded.notes)
-    loaded = with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
-    for text in loaded.notes[known:]:
-        report(text)
-    return loaded
+        issued.append(NO_GUIDE)
+    if chosen.ground_truth is not None:
+        known = len(loaded.notes)
+        loaded = with_ground_truth_file(loaded, chosen.ground_truth, chosen.ground_truth_units)
+        issued += loaded.notes[known:]
+    elif ref.options.ground_truth_units is not None:
+        raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
+    return loaded, issued
 
 
 def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
@@ -254,26 +246,19 @@ def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
 
 
 def _with_min_confidence(
-    frame: RGBDFrame,
-    confidence: str | NDArray[Any] | None,
-    min_value: float | None,
-    report: Callable[[str], None],
-) -> RGBDFrame:
-    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; reports a
-    doubt about its scale."""
-    low, note, doubt = None, UNUSED_CONFIDENCE, ""
-    if confidence is None:
-        note = "" if min_value is None else NO_CONFIDENCE_MAP
-    elif min_value is not None:
-        values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
-        values = undistorted(values, frame, of_depth=True)
-        low, note = low_confidence(values, min_value, frame.depth)
-        doubt = confidence_doubt(values, min_value, frame.depth)
-    if doubt:
-        report(doubt)
-        frame = replace(frame, plausibility_warnings=(*frame.plausibility_warnings, doubt))
-    found = tuple(text for text in (note, doubt) if text)
-    return replace(frame, invalid_mask=low, notes=(*frame.notes, *found)) if found else frame
+    frame: RGBDFrame, confidence: str | NDArray[Any] | None, least: float | None
+) -> tuple[RGBDFrame, str]:
+    """A frame whose depth below the minimum confidence is marked invalid, by a confidence map or its file; and a doubt
+    about its scale."""
+    if confidence is None or least is None:
+        note = UNUSED_CONFIDENCE if confidence is not None else "" if least is None else NO_CONFIDENCE_MAP
+        return (replace(frame, notes=(*frame.notes, note)) if note else frame), ""
+    values = confidence if isinstance(confidence, np.ndarray) else read_confidence(confidence, frame.shape)
+    values = undistorted(values, frame, of_depth=True)
+    (low, note), doubt = low_confidence(values, least, frame.depth), confidence_doubt(values, least, frame.depth)
+    told = (doubt,) if doubt else ()
+    doubts = (*frame.plausibility_warnings, *told)
+    return replace(frame, invalid_mask=low, notes=(*frame.notes, note, *told), plausibility_warnings=doubts), doubt
 
 
 def read_raw_pair(ref: FrameRef) -> RawPair:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from types import NoneType
@@ -17,7 +16,7 @@ from .._runtime.schema import Section, converted, plain
 from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
 from ..data.guide import Gives
 from ..errors import ParameterError
-from ..io.cameras import IntrinsicsSpec
+from ..io.cameras import IntrinsicsSpec, is_numbers
 from ..io.depth import checked_finite
 from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
 from ..io.guide_models import is_guide_name
@@ -60,7 +59,6 @@ COLOUR_VIEW, DEPTH_VIEW = VIEWS = "colour", "depth"
 """The camera whose pixels are those of a frame that is registered on reading."""
 
 _CAMERAS = "intrinsics", "depth_intrinsics"
-_NUMBERS = re.compile(r"[-+\d.,eE\s]*")
 
 PoseSpec = str | tuple[float, ...]
 """A camera pose: the path of a text file with the rows of its matrix, or the 16 numbers of the matrix, row by row."""
@@ -109,8 +107,8 @@ class ReadingOptions:
     intrinsics: IntrinsicsSpec | None = _option(
         label="intrinsics",
         metavar="CAMERA",
-        help="camera preset, fx,fy,cx,cy or a file (JSON, YAML, OpenCV's, or numbers as text or NPY; FILE#NAME for "
-        f"one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
+        help="camera preset, fx,fy,cx,cy[,width,height] or a file (JSON, YAML, OpenCV's, numbers as text or NPY; "
+        f"FILE#NAME for one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
     )
     depth_intrinsics: IntrinsicsSpec | None = _option(
         label="depth intrinsics",
@@ -257,7 +255,7 @@ class ReadingOptions:
             name: os.fspath(value)
             for name in _CAMERAS
             if isinstance(value := getattr(self, name), str | os.PathLike)
-            and not (is_preset(os.fspath(value)) or _NUMBERS.fullmatch(os.fspath(value)))
+            and not (is_preset(os.fspath(value)) or is_numbers(os.fspath(value)))
         }
 
     def with_paths(self, change: Callable[[str], str], *, cameras: bool = False) -> Self:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import re
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent, parse_json
-from .._runtime.formatting import as_float
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
+from .._runtime.schema import converted
 from ..data.camera import Camera, Cameras, fitted
 from ..errors import FormatError, InputError, told_as
 from ..io.images import image_header, read_colour
@@ -22,6 +22,21 @@ from .recording import RecordedFrame, Recording, part_of
 from .trajectories import OPENGL_AXES, posed
 
 _DEPTH = re.compile(r"rgbd/(\d{1,9})\.depth")
+_Pixels = Annotated[int, msgspec.Meta(gt=0)]
+
+
+class _Metadata(msgspec.Struct):
+    """What the file `metadata` states: the sizes of colour and depth, the camera of all frames by columns, and, by the
+    numbers of the frames, cameras, poses and times."""
+
+    w: _Pixels
+    h: _Pixels
+    dw: _Pixels
+    dh: _Pixels
+    K: list[float] = []
+    perFrameIntrinsicCoeffs: list[list[float]] = []
+    poses: list[list[float]] = []
+    frameTimestamps: list[float] = []
 
 
 class Record3D(Recording):
@@ -39,69 +54,49 @@ class Record3D(Recording):
         self.frames = {str(number): number for number in numbers if f"rgbd/{number}.jpg" in self._names}
         if not self.frames:
             raise FormatError(f"{path} has no frames: it contains no rgbd/0.jpg with rgbd/0.depth.")
-        metadata = self._member("metadata")
-        self._metadata: dict[str, Any] = parse_json(metadata.data.tobytes(), metadata, "Export it again.")
-        self._depth_size = self._size("dw", "dh")
-        times = [self._time(key) for key in self.frames]
-        self.times = tuple(time for time in times if time is not None and math.isfinite(time))
-        if len(self.times) < len(times):
-            self.times = ()
+        file = self._member("metadata")
+        with told_as(FormatError, f"{path}: {{error}} Export it again.", FormatError):
+            self._metadata = converted(parse_json(file.data.tobytes(), file), _Metadata, "metadata")
+        check_memory(path, self._metadata.dw, self._metadata.dh)
+        times = [self._entry("frameTimestamps", key) for key in self.frames]
+        self.times = () if None in times else tuple(times)
 
     def close(self) -> None:
         self._zip.close()
 
     def frame(self, key: str) -> RecordedFrame:
         jpeg, depth = self._jpeg(key), self._member(f"rgbd/{key}.depth")
-        width, height = self._depth_size
-        values = np.frombuffer(_unpacked(depth), "<f4").astype(np.float32).reshape(height, width)
+        shape = self._metadata.dh, self._metadata.dw
+        values = np.frombuffer(_unpacked(depth), "<f4").astype(np.float32).reshape(shape)
         confidence = None
         if f"rgbd/{key}.conf" in self._names:
-            levels = _unpacked(self._member(f"rgbd/{key}.conf"))
-            confidence = np.frombuffer(levels, np.uint8).reshape(height, width)
-        hashes, time = (jpeg.sha256, depth.sha256), self._time(key)
+            confidence = np.frombuffer(_unpacked(self._member(f"rgbd/{key}.conf")), np.uint8).reshape(shape)
+        hashes, time = (jpeg.sha256, depth.sha256), self._entry("frameTimestamps", key)
         return RecordedFrame(read_colour(jpeg), values, *hashes, "m", time=time, confidence=confidence)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
         return read_colour(self._jpeg(key))
 
     def cameras(self, key: str) -> Cameras:
-        jpeg = self._jpeg(key)
+        jpeg, stated = self._jpeg(key), self._metadata
         header = image_header(jpeg, jpeg.data.tobytes())
         with told_as(FormatError, f"{self.path}: the camera of frame {key} is invalid ({{error}})", InputError):
-            return Cameras.of_one_view(fitted(self._camera(key), (header.height, header.width)), self._depth_size)
+            numbers = self._entry("perFrameIntrinsicCoeffs", key)
+            if numbers is None and len(stated.K) != 9:
+                raise FormatError("its metadata have no K of nine numbers")
+            fx, fy, cx, cy = numbers or [stated.K[at] for at in (0, 4, 6, 7)]
+            camera = Camera(fx, fy, cx, cy, size=(stated.w, stated.h))
+            return Cameras.of_one_view(fitted(camera, (header.height, header.width)), (stated.dw, stated.dh))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        numbers = _floats(self._frame_entry("poses", key), 7)
+        numbers = self._entry("poses", key)
         found = None if numbers is None else posed(numbers[:4], numbers[4:])
         return None if found is None else found @ OPENGL_AXES
 
-    def _camera(self, key: str) -> Camera:
-        """The camera for the image size in the metadata: those of the frame, or else of the recording, whose matrix is
-        stored by columns."""
-        numbers = self._frame_entry("perFrameIntrinsicCoeffs", key)
-        if numbers is None:
-            matrix = self._metadata.get("K")
-            numbers = [matrix[at] for at in (0, 4, 6, 7)] if isinstance(matrix, list) and len(matrix) == 9 else None
-        if (stated := _floats(numbers, 4)) is None:
-            raise FormatError("its metadata have no K of nine numbers")
-        fx, fy, cx, cy = stated
-        return Camera(fx, fy, cx, cy, size=self._size("w", "h"))
-
-    def _time(self, key: str) -> float | None:
-        time = self._frame_entry("frameTimestamps", key)
-        return as_float(time) if isinstance(time, int | float) else None
-
-    def _frame_entry(self, name: str, key: str) -> Any:
+    def _entry(self, name: str, key: str) -> Any:
         """The entry for a frame in a list of the metadata; None if there is none."""
-        values, number = self._metadata.get(name), self.at(key)
-        return values[number] if isinstance(values, list) and number < len(values) else None
-
-    def _size(self, width: str, height: str) -> tuple[int, int]:
-        size = self._metadata.get(width), self._metadata.get(height)
-        if not (isinstance(size[0], int) and isinstance(size[1], int) and size[0] > 0 and size[1] > 0):
-            raise FormatError(f"{self.path}: its metadata must have {width} and {height}, in pixels, not {size!r:.60}.")
-        check_memory(self.path, size[0], size[1])
-        return size[0], size[1]
+        values, number = getattr(self._metadata, name), self.at(key)
+        return values[number] if number < len(values) else None
 
     def _jpeg(self, key: str) -> FileContent:
         return self._member(f"rgbd/{self.at(key)}.jpg")
@@ -114,10 +109,3 @@ def _unpacked(file: FileContent) -> bytes:
     """Data of LZFSE (Apple). What damaged data ask for is limited by the memory of this process."""
     lzfse = optional("lzfse", "ilf-studio[sensors]", "Reading depth of Record3D")
     return bytes(lzfse.decompress(file.data.tobytes()))
-
-
-def _floats(values: Any, count: int) -> list[float] | None:
-    """A list of so many numbers; None for anything else."""
-    if not (isinstance(values, list) and len(values) == count and all(isinstance(n, int | float) for n in values)):
-        return None
-    return [as_float(value) for value in values]

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import math
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
-from .._runtime.formatting import counted
 from ..data.camera import Cameras
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import read_confidence
-from .times import MAX_TIME_GAP_S, associated, gap_text
+from .times import MAX_TIME_GAP_S, TimedPairs
 
 Topics = tuple[str, str]
 """Names of the colour and the depth topic of one camera, in a recording with several."""
-
-T = TypeVar("T")
-
 
 RecordingIndex = tuple[tuple[str, ...], tuple[float, ...], tuple[str, ...]]
 """The frames of a recording: a key for each, in the order of time, which alone identifies it; the times of their colour
@@ -160,11 +154,7 @@ class Recording(ABC):
         """The error to raise for a key that no frame has."""
         keys, *_ = self.index()
         there = f"It has {len(keys)}, from {keys[0]} to {keys[-1]}."
-        return InputError(f"{self.path} has no frame {key!r:.60}. {there}{self.lack(key)}")
-
-    def lack(self, key: str) -> str:
-        """What an image at a key lacks to be a frame, as a sentence after a space; "" if it is not known."""
-        return ""
+        return InputError(f"{self.path} has no frame {key!r:.60}. {there}")
 
 
 class PairedRecording(Recording):
@@ -181,9 +171,6 @@ class PairedRecording(Recording):
             raise self.unknown(key)
         return found
 
-    def lack(self, key: str) -> str:
-        return self.pairs.lack(key)
-
 
 def sha256_of(*parts: bytes) -> str:
     """SHA-256 of concatenated bytes."""
@@ -198,82 +185,3 @@ def part_of(name: str, data: bytes) -> FileContent:
 def confidence_beside(path: Path, shape: tuple[int, int]) -> NDArray[Any] | None:
     """The confidence map of a file; None if there is no such file."""
     return read_confidence(path, shape) if path.is_file() else None
-
-
-# Pairing the images of two streams by their time stamps.
-
-_LARGEST_GAP_S = 10.0
-"""Maximum time difference [s] of a frame that is asked for by its key."""
-
-
-class TimedPairs(Generic[T]):
-    """Pairs of colour and the depth nearest in time, each used once.
-
-    Parameters
-    ----------
-    colours, depths : mapping
-        Name -> time [s] and what it stands for. The name of a colour is the key of its frame.
-
-    Examples
-    --------
-    >>> TimedPairs(stamped([0, 33], 1000), stamped([4, 41], 1000)).paired(0.02)
-    {'0.000': (0, 4), '0.033': (33, 41)}
-    """
-
-    def __init__(self, colours: Mapping[str, tuple[float, T]], depths: Mapping[str, tuple[float, T]]) -> None:
-        self._colours, self._depths = colours, depths
-
-    @cached_property
-    def _nearest(self) -> dict[str, tuple[float, str]]:
-        """Key -> time [s] from the colour to its depth, and the name of that, in the order of time. A limit of the time
-        leaves some out, and changes no other."""
-        pairs = associated(*self._timed(), math.inf)
-        return {colour: (abs(self._colours[colour][0] - self._depths[depth][0]), depth) for colour, depth in pairs}
-
-    def paired(self, max_gap: float) -> dict[str, tuple[T, T]]:
-        """Key -> colour and depth whose times differ by at most `max_gap` [s], in the order of time."""
-        return {key: pair for key in self._nearest if (pair := self.find(key, max_gap))}
-
-    def find(self, key: str, max_gap: float = _LARGEST_GAP_S) -> tuple[T, T] | None:
-        """Colour and depth for a key; None if there are none."""
-        apart, depth = self._nearest.get(key, (math.inf, ""))
-        return (self._colours[key][1], self._depths[depth][1]) if apart <= max_gap else None
-
-    def lack(self, key: str) -> str:
-        """As `Recording.lack`."""
-        if key not in self._colours or not self._depths:
-            return ""
-        gap = min(abs(self._colours[key][0] - time) for time, _ in self._depths.values())
-        return f" Its colour lacks depth: the nearest is {gap:.4g} s away (--max-gap), unless another frame has it."
-
-    def index(self, max_gap: float, path: Path) -> RecordingIndex:
-        """List the frames of the recording at `path`; raises InputError if there are none."""
-        pairs = self.paired(max_gap)
-        if not pairs:
-            raise InputError(f"{path}: {gap_text(*self._timed(), max_gap)}")
-        unmatched = (("colour", len(self._colours) - len(pairs)), ("depth", len(self._depths) - len(pairs)))
-        notes = tuple(
-            f"{counted(count, f'{what} image')} left out: no match within {max_gap:g} s."
-            for what, count in unmatched
-            if count
-        )
-        return tuple(pairs), tuple(self._colours[key][0] for key in pairs), notes
-
-    def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
-        """Times [s] and names of colours and depths."""
-        colours, depths = ([(time, name) for name, (time, _) in some.items()] for some in (self._colours, self._depths))
-        return colours, depths
-
-
-def stamped(stamps: Iterable[int], per_second: int) -> dict[str, tuple[float, int]]:
-    """Images by their time stamps, as `TimedPairs` takes them. A name is the stamp in seconds, with all of its digits.
-
-    Parameters
-    ----------
-    stamps : iterable of int
-    per_second : int
-        Units of the time stamps per second: a power of ten.
-    """
-    digits = len(str(per_second)) - 1
-    parts = ((stamp, *divmod(stamp, per_second)) for stamp in stamps)
-    return {f"{seconds}.{rest:0{digits}d}": (stamp / per_second, stamp) for stamp, seconds, rest in parts}

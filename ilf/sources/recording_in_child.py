@@ -63,9 +63,6 @@ class RecordingInChild(Recording):
     def colour(self, key: str) -> NDArray[np.uint8]:
         return self._answer(Recording.colour, key)
 
-    def lack(self, key: str) -> str:
-        return self._answer(Recording.lack, key)
-
     def close(self) -> None:
         with suppress(IlfError), not_cancelled():
             if self._children:

@@ -21,7 +21,7 @@ from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.mcap import EndedMcap, whole_size
 from .copies import unpacked, unpacking_command
-from .recording import RecordedFrame, Recording, RecordingIndex, TimedPairs, Topics, sha256_of, stamped
+from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .ros_messages import (
     IMAGES,
     INFO,
@@ -39,7 +39,7 @@ from .ros_messages import (
     transform_between,
     transform_matrix,
 )
-from .times import MAX_TIME_GAP_S
+from .times import MAX_TIME_GAP_S, TimedPairs, stamped
 
 # Topics specific to recordings of the RealSense library: depth units and extrinsics.
 #
@@ -273,10 +273,6 @@ class RosBag(Recording):
         if stamps is None:
             raise self.unknown(key)
         return camera, stamps
-
-    def lack(self, key: str) -> str:
-        camera, stamp = self._camera_of(key)
-        return self._pairs(camera).lack(stamp)
 
     def frame(self, key: str) -> RecordedFrame:
         camera, (colour_stamp, depth_stamp) = self.at(key)

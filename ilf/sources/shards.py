@@ -9,9 +9,9 @@ import tarfile
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import NoneType
 from typing import Any, Self
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +22,7 @@ from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.memory import memory_limit
 from .._runtime.named_places import NotAllowed, named_in
-from .._runtime.schema import Section, check_schema, converted
+from .._runtime.schema import check_schema, converted
 from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
@@ -224,6 +224,15 @@ def members_of(data: bytes, path: str) -> dict[str, bytes]:
         return {info.name.partition(".")[2]: files.extractfile(info).read() for info in members}  # type: ignore[union-attr]
 
 
+class _Facts(msgspec.Struct):
+    """What a frame's file of facts states of its completed depth."""
+
+    size: tuple[int, int]
+    K: list[float] | None = None
+    pose: list[Any] | None = None
+    depth_units_per_m: float | None = None
+
+
 class Shards(Recording):
     """Finished shards as a recording: the completed depth, and colour from the tar or from its original file. No file
     stays open.
@@ -281,7 +290,7 @@ class Shards(Recording):
 
     def depth_file(self, key: str) -> tuple[str, float]:
         """The name of a frame's file of depth for `file`, and its units per metre."""
-        files, units = self._files(key), self._facts(key).get("depth_units_per_m", float, NoneType)
+        files, units = self._files(key), self._facts(key).depth_units_per_m
         name = next((name for name in (f"{DEPTH}.png", f"{DEPTH}.npy") if name in files), f"{DEPTH}.png")
         return name, 1.0 if units is None else units
 
@@ -311,12 +320,11 @@ class Shards(Recording):
 
     def cameras(self, key: str) -> Cameras:
         facts = self._facts(key)
-        numbers, (width, height) = facts.get("K", list[float], NoneType), facts.get("size", tuple[int, int])
-        camera = None if numbers is None else camera_from_numbers(numbers, "")
-        return Cameras.registered(None if camera is None else replace(camera, size=(width, height)))
+        camera = None if facts.K is None else replace(camera_from_numbers(facts.K, ""), size=facts.size)
+        return Cameras.registered(camera)
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
-        pose = self._facts(key).values.get("pose")
+        pose = self._facts(key).pose
         return None if pose is None else checked_transform(pose, "pose")
 
     def _row(self, key: str) -> dict[str, Any]:
@@ -348,7 +356,6 @@ class Shards(Recording):
             raise FormatError(f"{self._folder}/{self._tar(key)} has no {name} of {key}.")
         return file
 
-    def _facts(self, key: str) -> Section:
+    def _facts(self, key: str) -> _Facts:
         file = self._required(key, FACTS)
-        facts = parse_json(file.data.tobytes(), file, "Check the shards by `ilf batch --verify`.")
-        return Section(str(file), facts if isinstance(facts, dict) else {})
+        return converted(parse_json(file.data.tobytes(), file), _Facts, f"file {file}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,17 +22,15 @@ from ..io.encodings import EncodingSpec
 from .copies import copied
 from .frame_folder import frame_folder
 from .frame_ref import FrameRef
-from .image_pair import pose_of_files
 from .listing import list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
+from .read_images import pose_of_files
 from .reading import files_of, read_frame, read_raw_pair
 from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .registration import RawPair
 from .times import MAX_TIME_GAP_S
-
-_ONE_CAMERA_NOTE = "Where the two cameras are is not known: both count as one, and edges may lie some pixels apart."
 
 
 class Source:
@@ -114,20 +111,11 @@ class Source:
             return ending[0]
         if ending:
             raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
-        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}.{self._lack(name)}"
-        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
-
-    def _lack(self, name: str) -> str:
-        """What an image of a name lacks to be a frame, as a sentence after a space; "" if it is not known."""
         if self._frames[self.keys[0]].frame is not None:
             with opened(self.path) as recording:
-                return recording.lack(name)
-        if isinstance(self.path, Address):
-            return ""
-        folders = {(self.path / key).parent for key in (name, *self.keys)}
-        files = (file for folder in sorted(folders) if folder.is_dir() for file in folder.iterdir())
-        file = next((file for file in files if file.stem == Path(name).name and file.is_file()), None)
-        return "" if file is None else f" No depth file, or more than one, matches {file}."
+                raise recording.unknown(name)
+        there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
+        raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
 
     def ref(self, key: str) -> FrameRef:
         """The location of a frame and its reading options; raises InputError as `find`."""
@@ -204,11 +192,7 @@ class Source:
     def read_pair(self, key: str) -> RawPair:
         """Read colour and depth of a frame as captured by its two cameras; raises as `read`, and InputError if the
         cameras are not known."""
-        ref = self.ref(key)
-        pair = read_raw_pair(ref)
-        if self.is_registered or ref.frame is not None or pair.colour_camera != pair.depth_camera:
-            return pair
-        return replace(pair, notes=(*pair.notes, _ONE_CAMERA_NOTE))
+        return read_raw_pair(self.ref(key))
 
 
 def open_source(

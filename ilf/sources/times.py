@@ -1,88 +1,21 @@
-"""Lists of images by time, as in the TUM RGB-D benchmark, and matching colour with depth by time."""
+"""Matching colour with depth by time."""
 
 from __future__ import annotations
 
 import heapq
 import math
-import os
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from .._runtime.files import read_file
-from ..errors import FormatError, told_as
+from .._runtime.formatting import counted
+from ..errors import InputError
+
+T = TypeVar("T")
 
 MAX_TIME_GAP_S = 0.02
-ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
-"""Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
-
-TUM_UNITS = 5000.0
-"""File units per metre of the depth in such lists."""
-
-
-def read_time_list(path: Path) -> list[tuple[float, str]]:
-    """Times [s] and file names of a list: a time and a name per line, also as Windows writes it; # marks comments.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    FormatError
-        If a line has other content, or a file is listed twice.
-    """
-    with told_as(FormatError, f"{path} is not a text file ({{error}}). Export the list again.", UnicodeDecodeError):
-        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
-    found = []
-    for number, line in enumerate(lines, 1):
-        words = line.strip("\ufeff \t").split(maxsplit=1)
-        if not words or words[0].startswith("#"):
-            continue
-        told = f"{path}, line {number} must be a time and a file, not {line!r:.80}."
-        with told_as(FormatError, told, (ValueError, IndexError)):
-            time, name = float(words[0]), words[1].strip().replace("\\", "/")
-            if not (math.isfinite(time) and _is_file_name(name)):
-                raise ValueError
-        found.append((time, name))
-    _check_unique(path, (name for _, name in found))
-    return found
-
-
-def read_associations(path: Path) -> list[tuple[float, str, str]]:
-    """Time of colour [s], colour and depth file of each line of a list of pairs, in either order.
-
-    Raises
-    ------
-    InputError, FormatError
-        As `read_time_list`.
-    """
-    found = []
-    for time, rest in read_time_list(path):
-        words = rest.split()
-        told = f"a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}"
-        with told_as(FormatError, f"{path}: {told}.", (ValueError, IndexError)):
-            first, (other, second) = words[0], (float(words[1]), words[2])
-            if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
-                raise ValueError
-        is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
-        found.append((other, second, first) if is_depth_first else (time, first, second))
-    if not found:
-        raise FormatError(f"{path} lists no files. Export the list again.")
-    _check_unique(path, (name for _, rgb, depth in found for name in (rgb, depth)))
-    return found
-
-
-def _is_file_name(name: str) -> bool:
-    return Path(name).name not in {"", ".."}
-
-
-def _check_unique(path: Path, names: Iterable[str]) -> None:
-    """Raise FormatError if a list contains a file twice, under any spelling of its path."""
-    seen: set[str] = set()
-    for name in map(os.path.normpath, names):
-        if name in seen:
-            raise FormatError(f"{path} lists {name!r:.80} twice. Export the list again.")
-        seen.add(name)
 
 
 def associated(
@@ -120,7 +53,7 @@ def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float,
     Examples
     --------
     >>> gap_text([(0.0, "a.png"), (0.1, "b.png")], [(0.03, "a-d.png")], 0.02)
-    'no colour lies within 0.02 s of depth: the smallest difference is 0.03 s. Allow more (--max-gap) if they fit.'
+    'no colour lies within 0.02 s of depth: the smallest difference is 0.03 s. Allow ...'
     """
     if not (colours and depths):
         return f"there are {len(colours)} colour images and {len(depths)} depth images."
@@ -128,14 +61,18 @@ def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float,
     place = np.searchsorted(other, one)
     gaps = [np.abs(other[np.clip(place + step, 0, len(other) - 1)] - one) for step in (-1, 0)]
     smallest = float(np.min(gaps))
-    told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s."
-    step = float(np.median(np.diff(one))) if len(one) > 1 else math.inf
-    if smallest <= step:
-        return f"{told} Allow more (--max-gap) if they fit."
-    return (
-        f"{told} As colour is taken every {step:.4g} s, the two clocks seem to differ: correct the times. More allowed "
-        "(--max-gap) would join images of different moments."
-    )
+    told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s"
+    return f"{told}. Allow more (--max-gap) if they fit, or correct the times if two clocks differ."
+
+
+def left_out(colours: int, depths: int, condition: str) -> list[str]:
+    """Notes on numbers of images in no pair: they lack one of the other kind of that name, or within a time."""
+    counts = (("colour", "depth", colours), ("depth", "colour", depths))
+    return [
+        f"{counted(count, f'{what} image')} left out: there is no {other} image {condition}."
+        for what, other, count in counts
+        if count
+    ]
 
 
 def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:
@@ -184,3 +121,71 @@ def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tu
         for place in pair:
             remove(place)
     return found
+
+
+# Pairing the images of two streams by their time stamps.
+
+_LARGEST_GAP_S = 10.0
+"""Maximum time difference [s] of a frame that is asked for by its key."""
+
+
+class TimedPairs(Generic[T]):
+    """Pairs of colour and the depth nearest in time, each used once.
+
+    Parameters
+    ----------
+    colours, depths : mapping
+        Name -> time [s] and what it stands for. The name of a colour is the key of its frame.
+
+    Examples
+    --------
+    >>> TimedPairs(stamped([0, 33], 1000), stamped([4, 41], 1000)).paired(0.02)
+    {'0.000': (0, 4), '0.033': (33, 41)}
+    """
+
+    def __init__(self, colours: Mapping[str, tuple[float, T]], depths: Mapping[str, tuple[float, T]]) -> None:
+        self._colours, self._depths = colours, depths
+
+    @cached_property
+    def _nearest(self) -> dict[str, tuple[float, str]]:
+        """Key -> time [s] from the colour to its depth, and the name of that, in the order of time. A limit of the time
+        leaves some out, and changes no other."""
+        pairs = associated(*self._timed(), math.inf)
+        return {colour: (abs(self._colours[colour][0] - self._depths[depth][0]), depth) for colour, depth in pairs}
+
+    def paired(self, max_gap: float) -> dict[str, tuple[T, T]]:
+        """Key -> colour and depth whose times differ by at most `max_gap` [s], in the order of time."""
+        return {key: pair for key in self._nearest if (pair := self.find(key, max_gap))}
+
+    def find(self, key: str, max_gap: float = _LARGEST_GAP_S) -> tuple[T, T] | None:
+        """Colour and depth for a key; None if there are none."""
+        apart, depth = self._nearest.get(key, (math.inf, ""))
+        return (self._colours[key][1], self._depths[depth][1]) if apart <= max_gap else None
+
+    def index(self, max_gap: float, where: object) -> tuple[tuple[str, ...], tuple[float, ...], tuple[str, ...]]:
+        """The names of the colours in pairs, their times [s], and notes; raises InputError, about `where`, if there are
+        none."""
+        names = tuple(self.paired(max_gap))
+        if not names:
+            raise InputError(f"{where}: {gap_text(*self._timed(), max_gap)}")
+        left = len(self._colours) - len(names), len(self._depths) - len(names)
+        return names, tuple(self._colours[name][0] for name in names), tuple(left_out(*left, f"within {max_gap:g} s"))
+
+    def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+        """Times [s] and names of colours and depths."""
+        colours, depths = ([(time, name) for name, (time, _) in some.items()] for some in (self._colours, self._depths))
+        return colours, depths
+
+
+def stamped(stamps: Iterable[int], per_second: int) -> dict[str, tuple[float, int]]:
+    """Images by their time stamps, as `TimedPairs` takes them. A name is the stamp in seconds, with all of its digits.
+
+    Parameters
+    ----------
+    stamps : iterable of int
+    per_second : int
+        Units of the time stamps per second: a power of ten.
+    """
+    digits = len(str(per_second)) - 1
+    parts = ((stamp, *divmod(stamp, per_second)) for stamp in stamps)
+    return {f"{seconds}.{rest:0{digits}d}": (stamp / per_second, stamp) for stamp, seconds, rest in parts}

@@ -32,9 +32,9 @@ OPENGL_AXES = np.diag([1.0, -1.0, -1.0, 1.0])
 def as_pose(numbers: ArrayLike) -> Matrix | None:
     """The camera pose of 12 or 16 numbers, row by row; None if they are no pose."""
     flat = np.asarray(numbers, np.float64).ravel()
-    return (
-        checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4)) if flat.size in {12, 16} else None
-    )
+    if flat.size not in {12, 16}:
+        return None
+    return checked_pose(np.append(flat, (0, 0, 0, 1)[: 16 - flat.size]).reshape(4, 4))
 
 
 def pose_at_time(rows: Matrix, time: str) -> Matrix | None:
@@ -177,13 +177,14 @@ def read_trajectory(path: Path) -> Trajectory:
         raise FormatError(f"{content} contains no camera poses that can be read ({error!s:.80}).") from error
 
 
-def _lines(content: FileContent) -> list[str]:
+def _lines(content: FileContent) -> list[list[str]]:
+    """The words of the lines of a file that are no comments."""
     text = content.data.tobytes().decode("utf-8", "replace")
-    return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    return [line.split() for line in text.splitlines() if line.strip() and not line.startswith("#")]
 
 
 def _rows_of_text(content: FileContent) -> Trajectory:
-    rows = [[float(word) for word in line.split()] for line in _lines(content)]
+    rows = [[*map(float, words)] for words in _lines(content)]
     widths = {len(row) for row in rows}
     if widths == {8}:
         times = np.array(rows)
@@ -197,7 +198,7 @@ def _rows_of_text(content: FileContent) -> Trajectory:
 
 
 def _log(content: FileContent) -> Trajectory:
-    rows = [[float(word) for word in line.split()] for line in _lines(content)]
+    rows = [[*map(float, words)] for words in _lines(content)]
     if len(rows) % _LOG_ROWS or any(len(row) != (3 if at % _LOG_ROWS == 0 else 4) for at, row in enumerate(rows)):
         raise ValueError("a pose must have a line of three integers and four lines of a matrix")
     return Trajectory([as_pose(rows[at + 1 : at + _LOG_ROWS]) for at in range(0, len(rows), _LOG_ROWS)])
@@ -205,7 +206,7 @@ def _log(content: FileContent) -> Trajectory:
 
 def _conf(content: FileContent) -> Trajectory:
     poses, cameras, numbers = {}, {}, [math.nan] * 9
-    for words in (line.split() for line in _lines(content)):
+    for words in _lines(content):
         if words[0] == "intrinsics_matrix":
             numbers = [float(word) for word in words[1:10]]
         elif words[0] == "scan":

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import queue
 import statistics
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import suppress
 from itertools import pairwise
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from .._runtime.cancellation import check_cancelled
 
@@ -38,52 +40,6 @@ def measured_rate(moments: Sequence[float]) -> float:
     return (len(moments) - 1) / passed if passed > 0 else 0.0
 
 
-class _Slot(Generic[T]):
-    """A place for one item, which the next one replaces."""
-
-    def __init__(self) -> None:
-        self._changed = threading.Condition()
-        self._waiting: list[T] = []
-        self._dropped = 0
-        self._error: BaseException | None = None
-        self._ended = self._stopped = False
-
-    def put(self, item: T) -> None:
-        with self._changed:
-            self._dropped += len(self._waiting)
-            self._waiting = [item]
-            self._changed.notify_all()
-
-    def rest(self, seconds: float | None) -> bool:
-        """Wait so long, or (None) until the item is taken; False once no more is wanted."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._stopped or (seconds is None and not self._waiting), seconds)
-            return not self._stopped
-
-    def end(self, error: BaseException | None) -> None:
-        with self._changed:
-            self._error, self._ended = error, True
-            self._changed.notify_all()
-
-    def stop(self) -> None:
-        with self._changed:
-            self._stopped = True
-            self._changed.notify_all()
-
-    def take(self) -> tuple[T, int] | None:
-        """Wait for an item; return it, and how many were replaced since the last one; None after the last."""
-        with self._changed:
-            while not self._changed.wait_for(lambda: self._waiting or self._ended, _POLL_S):
-                check_cancelled()
-            if not self._waiting:
-                if self._error is not None:
-                    raise self._error
-                return None
-            dropped, self._dropped = self._dropped, 0
-            self._changed.notify_all()
-            return self._waiting.pop(), dropped
-
-
 def latest_of(items: Iterable[T], rate: Callable[[], float | None]) -> Generator[tuple[T, int], None, None]:
     """Take items in a thread, and yield the latest with the number of those left out before it. Close it to end the
     thread, which waits for the item that it is taking.
@@ -99,27 +55,43 @@ def latest_of(items: Iterable[T], rate: Callable[[], float | None]) -> Generator
     >>> list(latest_of("ilf", lambda: None))
     [('i', 0), ('l', 0), ('f', 0)]
     """
-    slot = _Slot[T]()
+    waiting: queue.Queue[tuple[T, int] | BaseException | None] = queue.Queue(1)
+    stopped = threading.Event()
 
     def take_items() -> None:
-        error: BaseException | None = None
+        end: BaseException | None = None
         try:
             due = time.monotonic()
             for item in items:
-                slot.put(item)
-                now, hertz = time.monotonic(), rate()
+                hertz, dropped = rate(), 0
+                with suppress(queue.Empty):
+                    if hertz is not None and isinstance(before := waiting.get_nowait(), tuple):
+                        dropped = before[1] + 1
+                waiting.put((item, dropped))
+                now = time.monotonic()
                 due = now if hertz is None else max(due + 1 / hertz, now - 1 / hertz)
-                if not slot.rest(None if hertz is None else max(0.0, due - now)):
-                    break
+                if stopped.wait(max(0.0, due - now)):
+                    return
         except BaseException as raised:  # passed to the waiting thread
-            error = raised
-        slot.end(error)
+            end = raised
+        waiting.put(end)
 
     thread = threading.Thread(target=take_items, name="ilf-frames")
     thread.start()
     try:
-        while (taken := slot.take()) is not None:
+        while True:
+            try:
+                taken = waiting.get(timeout=_POLL_S)
+            except queue.Empty:
+                check_cancelled()
+                continue
+            if isinstance(taken, BaseException):
+                raise taken
+            if taken is None:
+                return
             yield taken
     finally:
-        slot.stop()
+        stopped.set()
+        with suppress(queue.Empty):
+            waiting.get_nowait()  # which the thread may be waiting for
         thread.join()

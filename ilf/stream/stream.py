@@ -226,9 +226,9 @@ def _carried_values(change: Carried[Change] | None) -> Array | None:
 # The stream.
 
 
-@dataclass(frozen=True)
+@dataclass
 class StreamStatistics:
-    """What a stream has done so far.
+    """What a stream has done so far, which it keeps up to date.
 
     Attributes
     ----------
@@ -246,13 +246,13 @@ class StreamStatistics:
         Median and 95 % quantile of the latency [s] of the latest frames; NaN before the first.
     """
 
-    frames: int
-    dropped: int
-    late: int
-    scenes: int
-    refreshes: int
-    median: float
-    worst: float
+    frames: int = 0
+    dropped: int = 0
+    late: int = 0
+    scenes: int = 0
+    refreshes: int = 0
+    median: float = math.nan
+    worst: float = math.nan
 
 
 class Stream(Closeable):
@@ -279,6 +279,10 @@ class Stream(Closeable):
         Parameters of the blocks' extraction.
     **changes
         Any of the `Parameters` or `BlockParameters`, by name.
+
+    Attributes
+    ----------
+    statistics : StreamStatistics
 
     Raises
     ------
@@ -321,9 +325,7 @@ class Stream(Closeable):
         self._thread = None if rate is None else ThreadPoolExecutor(1, "ilf-stream")
         self._closed = threading.Event()
         self._scene: Scene | None = None
-        self._frames = self._late = self._scenes = self._refreshes = 0
-        self.dropped = 0
-        """Frames that `play` left out because the next one had already come."""
+        self.statistics = StreamStatistics()
         self._latencies = deque[float](maxlen=_REMEMBERED)
 
     def complete(self, frame: RGBDFrame) -> Completion:
@@ -358,7 +360,7 @@ class Stream(Closeable):
         else:
             notes = () if before is None else (_NEW_SCENE.format(frame.name),)
             scene = Scene(plain, self._find_surroundings(plain))
-            self._scenes += 1
+            self.statistics.scenes += 1
         edges = scene.edges()
         results = self._filtered(scene, edges)
         run = Run(plain, Blocks(scene.labels, extraction=self._extraction), self._parameters)
@@ -368,9 +370,10 @@ class Stream(Closeable):
         completion = compose(replace(run, frame=frame), scene.with_change(results))
         self._scene = scene
         seconds = time.monotonic() - begun
-        self._frames += 1
         self._latencies.append(seconds)
-        self._late += self._rate is not None and seconds > 1 / self._rate
+        self.statistics.frames += 1
+        self.statistics.late += self._rate is not None and seconds > 1 / self._rate
+        self.statistics.median, self.statistics.worst = np.quantile(self._latencies, (0.5, 0.95)).tolist()
         return replace(completion, notes=tuple(dict.fromkeys((*notes, *scene.notes, *completion.notes))))
 
     def play(self, frames: Iterable[RGBDFrame]) -> Generator[Completion, None, None]:
@@ -388,22 +391,8 @@ class Stream(Closeable):
             yield self.complete(first)
         with closing(latest_of(coming, lambda: self._rate)) as taken:
             for frame, dropped in taken:
-                self.dropped += dropped
+                self.statistics.dropped += dropped
                 yield self.complete(frame)
-
-    @property
-    def statistics(self) -> StreamStatistics:
-        """What the stream has done so far."""
-        latencies = list(self._latencies) or [math.nan]
-        return StreamStatistics(
-            self._frames,
-            self.dropped,
-            self._late,
-            self._scenes,
-            self._refreshes,
-            float(np.median(latencies)),
-            float(np.quantile(latencies, 0.95)),
-        )
 
     def close(self) -> None:
         """End the stream and its thread."""
@@ -422,7 +411,7 @@ class Stream(Closeable):
             self._find(scene, self._find_surroundings, scene.frame)
 
     def _find_surroundings(self, frame: RGBDFrame) -> Surroundings:
-        self._refreshes += 1
+        self.statistics.refreshes += 1
         blocks = found_blocks(frame, self._extraction)
         clear_stage_cache(frame)
         return Surroundings(blocks.labels, edges_for(frame, self._parameters, self._extraction), blocks.notes)

@@ -11,9 +11,8 @@ from PySide6.QtCore import QItemSelection, QItemSelectionModel, QModelIndex, QSe
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QMenu
 
-from ilf._runtime.formatting import grouped, millimetres
+from ilf._runtime.formatting import grouped, millimetres, natural
 from ilf.data.blocks import BlockInfo
-from ilf.sources.pairing import natural
 
 from ...state.blocks import EXPECTED, BlockCounts
 from ...state.workspace import Workspace

@@ -17,7 +17,7 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 from ilf.io.depth import read_depth_values
-from ilf.io.depth_reading import PlausibilityWarning
+from ilf.io.depth_doubts import PlausibilityWarning
 from ilf.io.encodings import encoding_of_inputs
 from ilf.io.frame_additions import guide_suffixes
 from ilf.io.images import read_colour

@@ -10,9 +10,8 @@ from typing import Any
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, Qt, Signal
 from PySide6.QtGui import QPixmap
 
-from ilf._runtime.formatting import counted
+from ilf._runtime.formatting import counted, natural
 from ilf.project.project import FrameSummary, Stage
-from ilf.sources.pairing import natural
 
 from ...state.entries import Entry
 from ...widgets.basics import literal_text

@@ -11,11 +11,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView
 
-from ilf._runtime.formatting import UNKNOWN, counted, millimetres
+from ilf._runtime.formatting import UNKNOWN, counted, millimetres, natural
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import StoredRun
-from ilf.sources.pairing import natural
 
 from ...state.document import Document
 from ...state.run_history import MAX_COMPARED, parameters_text, title_of

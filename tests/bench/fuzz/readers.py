@@ -22,8 +22,8 @@ from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import depth_place, intrinsics_from
 from ilf.io.frame_additions import low_confidence, read_confidence
+from ilf.io.heic import heic_orientation
 from ilf.io.images import read_colour
-from ilf.io.orientation import orientation_tag
 from ilf.project.file import save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.project.state_codec import load_state
@@ -56,7 +56,7 @@ def colour(path: Path) -> None:
 
 def photo(path: Path) -> None:
     read_colour(path)
-    orientation_tag(read_file(path))
+    heic_orientation(read_file(path))
 
 
 def thumbnail(path: Path) -> None:

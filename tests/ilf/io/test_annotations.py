@@ -134,10 +134,10 @@ def test_where_shapes_overlap_the_smallest_lies_on_top_whatever_their_order(tmp_
         names = {label: found.names[label] for label in (1, 2)}
         assert names[found.labels[1, 1]] == "picture"
         assert names[found.labels[0, 0]] == "wall"
-        assert found.notes == ("4 pixels lie in several shapes: the smallest is used.",)
+        assert found.notes == ("In several shapes: 4 pixels, of which the smallest shape is used.",)
     found = read_blocks(saved(tmp_path, labelme(small, small, shape_of(square(0, 0, 0)))), SHAPE)
-    assert any("1 shape is left out: smaller shapes cover all pixels" in note for note in found.notes)
-    assert any("1 shape is left out: no pixel centre" in note for note in found.notes)
+    assert any("1 shape left out: smaller shapes cover all pixels" in note for note in found.notes)
+    assert any("1 shape left out: no pixel centre" in note for note in found.notes)
 
 
 def test_cocos_annotations_keep_ids_and_categories(tmp_path):
@@ -269,7 +269,7 @@ def test_what_cannot_be_written_is_said(tmp_path):
             write_blocks(tmp_path / path, labels, format=format)
     with pytest.raises(ExportError, match="0 to 65535"):
         write_blocks(tmp_path / "a.json", labels * 70_000)
-    with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use the label map of 16 bits"):
+    with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use a label map of 16 bits"):
         write_blocks(tmp_path / "a.png", labels * 256, format="palette")
     assert not list(tmp_path.iterdir())
 

@@ -194,12 +194,3 @@ def test_photos_of_phones_are_upright_unless_depth_is_not(tag, is_upright, tmp_p
     assert np.allclose(frame.depth, turn(depth) / 1000)
     assert np.abs(frame.rgb.astype(int) - turn(colour)).mean() < 6
     assert bool(frame.notes) == (tag != 1)
-
-
-def test_ground_truth_of_another_orientation_is_doubted(tmp_path, cli):
-    colour, depth = scene()
-    rgb, file = save(tmp_path / "rgb.png", colour, 3), save(tmp_path / "depth.png", depth, 3)
-    assert not ilf.load_frame(rgb, file, ground_truth=save(tmp_path / "same.png", depth, 3)).notes
-    with pytest.warns(ilf.DepthWarning, match=r"orientation tag of other\.png"):
-        ilf.load_frame(rgb, file, ground_truth=save(tmp_path / "other.png", depth, 1))
-    assert "orientation tag of other.png" in cli("info", rgb, file, "--ground-truth", tmp_path / "other.png").out

@@ -12,8 +12,7 @@ import ilf
 from ilf.cli import main
 from ilf.errors import InputError, ParameterError
 from ilf.run.record_file import read_record
-from ilf.sources.colour_by_depth import smoothly_filled
-from ilf.sources.registration import RawPair, aligned, register
+from ilf.sources.registration import RawPair, aligned, register, smoothly_filled
 
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
 
@@ -194,7 +193,7 @@ def test_two_cameras_of_the_same_size_are_registered_where_the_view_is_given(tmp
     given = write_files(tmp_path / "files") | {"depth_intrinsics": (60.0, 60.0, 31.5, 27.5)}
     np.save(str(given["depth"]), np.full((H, W), 2.0, np.float32))
     del given["view"]
-    with pytest.warns(ilf.DepthWarning, match="taken as registered.*--view colour"):
+    with pytest.warns(ilf.DepthWarning, match="count as registered.*--view colour"):
         doubted = ilf.load_frame(**given)
     assert doubted.known.all()
     assert "--view colour" in doubted.notes[0]

@@ -48,7 +48,7 @@ def source(folder, pair):
 def test_frames_are_paired_by_the_times_in_their_names(source):
     assert source.keys == tuple(f"r-{time:.6f}-{NUMBER}" for time in TIMES)
     assert source.timestamps == pytest.approx(TIMES)
-    assert source.notes == ("1 colour image left out: no match within 0.02 s.",)
+    assert source.notes == ("1 colour image left out: there is no depth image within 0.02 s.",)
     assert not source.is_registered
     assert source.calibration(source.keys[0]).depth.fx == pytest.approx(582.6245, abs=1e-4)
 

@@ -222,7 +222,7 @@ def bomb() -> bytes:
 DAMAGED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "cut .r3d": (lambda f: changed(write_record3d(f / "a.r3d"), "", cut), "is damaged"),
     "no frames": (lambda f: _zip(f / "a.r3d"), "no frames"),
-    "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "must have dw and dh"),
+    "no sizes": (lambda f: write_record3d(f / "a.r3d", dw=None), "no .dw."),
     "huge depth": (lambda f: write_record3d(f / "a.r3d", dw=50_000, dh=100_000), "50000 x 100000 pixels"),
     "endless depth": (lambda f: write_record3d(f / "a.r3d", dw=10**400), "Resize or crop it first"),
     "other depth": (lambda f: write_record3d(f / "a.r3d", dw=40, dh=30), "is damaged"),

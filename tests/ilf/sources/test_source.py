@@ -69,7 +69,7 @@ def test_folders_by_time_take_the_nearest_once(tmp_path, save):
     assert source.keys == ("rgb/1305031102.100000", "rgb/1305031102.140000")
     assert source.timestamps == (1305031102.10, 1305031102.14)
     assert source.ref("1305031102.140000").depth.endswith("1305031102.130000.png")
-    assert "1 colour file left out" in source.notes[0]
+    assert "1 colour image left out" in source.notes[0]
     assert len(ilf.open_source(tmp_path, max_gap=0.5)) == 3
     with pytest.raises(InputError, match="contains no frames"):
         ilf.open_source(tmp_path, max_gap=0.001)
@@ -141,7 +141,7 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
         assert both.calibration(key).depth.fx == 52
     for content, kind, message in (
         ('{"0": {"cam_K": [1, 2], "depth_scale": 1}}', FormatError, r"scene_camera\.json"),
-        (_bop({0: 1e-320}), FormatError, "positive millimetres"),
+        (_bop({0: 1e-320}), FormatError, "depth_scale"),
         ("{}", InputError, "none of its BOP scenes"),
     ):
         (tmp_path / "000001" / "scene_camera.json").write_text(content)
