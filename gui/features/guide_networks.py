@@ -15,7 +15,8 @@ from ilf.io.guide_models import add_guide, fetch_guide, guide_cards, guide_file,
 
 from ..widgets.basics import Message, combo, give_size, label_of, row, row_list, stack
 from ..widgets.file_choice import choose_file
-from ..widgets.notices import Notes, error_text
+from ..widgets.notes import Notes
+from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
 from ..work.latest_request import LatestRequest
 

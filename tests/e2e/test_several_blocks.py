@@ -9,7 +9,7 @@ from gui.features.status import StatusFeature
 from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import activate
-from .hand import CTRL, SHIFT, click, drag, key
+from .hand import CTRL, SHIFT, click, drag, hover, key
 
 STRIPS = range(1, 8)
 LOCKED = 4

@@ -1,14 +1,17 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
+import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence, QResizeEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QToolBar, QToolButton, QWidget
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
+from gui.features.layouts.feature import LayoutsFeature
 from gui.features.palette import PaletteFeature
 from gui.features.shortcuts import ShortcutsFeature
+from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 

@@ -26,7 +26,7 @@ from ilf.data.camera import INTRINSICS, is_preset
 from ilf.errors import IlfError, InputError
 from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth_doubts import PlausibilityWarning
-from ilf.io.encodings import ENCODING_DESCRIPTIONS, is_name
+from ilf.io.encodings import ENCODING_DESCRIPTIONS
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.pixel_items import changed_box
 from gui.views.screen_layers import BlockLines, Sampling
 from ilf.data.label_map import whole
 

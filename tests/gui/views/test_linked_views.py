@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtGui import QContextMenuEvent, QPainterPath
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.colours import depth_table, error_table
-from gui.views.interaction import PointerKind
+from gui.views.interaction import PointerKind, Preview
 from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
 from ilf.drawing.blocks import inner_points

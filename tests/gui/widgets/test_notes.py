@@ -6,7 +6,7 @@ from PySide6.QtGui import QEnterEvent, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.widgets.basics import Message
-from gui.widgets.notes import MAX_TOASTS, Notes, Toast
+from gui.widgets.notes import Notes, Toast
 from gui.widgets.notices import LogPanel, ProblemBox
 
 

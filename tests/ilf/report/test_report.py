@@ -226,8 +226,6 @@ def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_pa
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
-
-
 def test_the_command_line_reports_on_projects(run, subject, tmp_path, monkeypatch, cli):
     monkeypatch.chdir(tmp_path)
     frame = replace(run.frame, name="first")
