@@ -68,6 +68,7 @@ class DerivedFeature(Feature):
 
     def _turn(self) -> None:
         """Forget what was of another frame."""
+        self._document = None
         for name in _KINDS:
             self._tell(name)
 

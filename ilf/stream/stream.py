@@ -228,7 +228,7 @@ def _carried_values(change: Carried[Change] | None) -> Array | None:
 
 @dataclass
 class StreamStatistics:
-    """What a stream has done so far, which it keeps up to date.
+    """What a stream has done up to a moment.
 
     Attributes
     ----------
@@ -280,10 +280,6 @@ class Stream(Closeable):
     **changes
         Any of the `Parameters` or `BlockParameters`, by name.
 
-    Attributes
-    ----------
-    statistics : StreamStatistics
-
     Raises
     ------
     InputError
@@ -325,8 +321,13 @@ class Stream(Closeable):
         self._thread = None if rate is None else ThreadPoolExecutor(1, "ilf-stream")
         self._closed = threading.Event()
         self._scene: Scene | None = None
-        self.statistics = StreamStatistics()
+        self._statistics = StreamStatistics()
         self._latencies = deque[float](maxlen=_REMEMBERED)
+
+    @property
+    def statistics(self) -> StreamStatistics:
+        """What the stream has done so far."""
+        return replace(self._statistics)
 
     def complete(self, frame: RGBDFrame) -> Completion:
         """Complete the next frame.
@@ -360,7 +361,7 @@ class Stream(Closeable):
         else:
             notes = () if before is None else (_NEW_SCENE.format(frame.name),)
             scene = Scene(plain, self._find_surroundings(plain))
-            self.statistics.scenes += 1
+            self._statistics.scenes += 1
         edges = scene.edges()
         results = self._filtered(scene, edges)
         run = Run(plain, Blocks(scene.labels, extraction=self._extraction), self._parameters)
@@ -371,9 +372,9 @@ class Stream(Closeable):
         self._scene = scene
         seconds = time.monotonic() - begun
         self._latencies.append(seconds)
-        self.statistics.frames += 1
-        self.statistics.late += self._rate is not None and seconds > 1 / self._rate
-        self.statistics.median, self.statistics.worst = np.quantile(self._latencies, (0.5, 0.95)).tolist()
+        self._statistics.frames += 1
+        self._statistics.late += self._rate is not None and seconds > 1 / self._rate
+        self._statistics.median, self._statistics.worst = np.quantile(self._latencies, (0.5, 0.95)).tolist()
         return replace(completion, notes=tuple(dict.fromkeys((*notes, *scene.notes, *completion.notes))))
 
     def play(self, frames: Iterable[RGBDFrame]) -> Generator[Completion, None, None]:
@@ -391,7 +392,7 @@ class Stream(Closeable):
             yield self.complete(first)
         with closing(latest_of(coming, lambda: self._rate)) as taken:
             for frame, dropped in taken:
-                self.statistics.dropped += dropped
+                self._statistics.dropped += dropped
                 yield self.complete(frame)
 
     def close(self) -> None:
@@ -411,7 +412,7 @@ class Stream(Closeable):
             self._find(scene, self._find_surroundings, scene.frame)
 
     def _find_surroundings(self, frame: RGBDFrame) -> Surroundings:
-        self.statistics.refreshes += 1
+        self._statistics.refreshes += 1
         blocks = found_blocks(frame, self._extraction)
         clear_stage_cache(frame)
         return Surroundings(blocks.labels, edges_for(frame, self._parameters, self._extraction), blocks.notes)

@@ -14,7 +14,7 @@ from ilf.sources.reading_options import ReadingOptions
 BUILT_UP = {"ilf.batch.engine.Counts"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
 
-OWNED = {"ilf.project.run_history.StoredRun"}
+OWNED = {"ilf.project.run_history.StoredRun", "ilf.stream.stream.StreamStatistics"}
 """Those that one owner works on, and gives copies of."""
 
 
