@@ -121,7 +121,7 @@ class FolderSink(Sink):
             "run": file_sha256(folder / RECORD_FILE) if options.run_record else None,
             "outputs": (*(path.name for path in written.files), preview, *steady),
         }
-        return facts, (*written.notes, *written.remarks)
+        return facts, written.notes
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: dict[str, Any] | None = None) -> None:
         facts = {"files": source_files(frame)} if written is None else written

@@ -25,12 +25,10 @@ from ..completion.confidence.expected_error import unsupported
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import FormatError, InputError
-from ..io.depth import encode_depth, encode_expected_error
-from ..io.images import encode_image
-from ..io.labels import encode_labels
 from ..run.formats import FORMATS
 from ..run.options import drop_impossible
 from ..run.run import Run
+from ..run.writing import contents
 from ..sources.own_results import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
@@ -94,25 +92,22 @@ class ShardSink(Sink):
     def write(
         self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
     ) -> tuple[Encoded, Sequence[str]]:
-        (depth_format,), units = self.settings.options.depth_formats, self.settings.options.depth_units
-        name, keep = f"{DEPTH}.{depth_format}", self.shards.keep
-        encoded, notes = encode_depth(name, completion.depth, units)
-        files = {name: encoded}
-        if "expected_error" in keep:
-            name = f"expected_error.{depth_format}"
-            files[name], more = encode_expected_error(name, error, units)
-            notes = [*notes, *more]
-        if "blocks" in keep:
-            files["blocks.png"] = encode_labels(run.blocks.labels)
-        if "unsupported" in keep:
-            files["unsupported.png"] = encode_image(".png", 255 * unsupported(completion).astype(np.uint8))
-        if "rgb" in keep:
-            files[COLOUR] = encode_image(".png", run.frame.rgb[..., ::-1])  # the encoder expects BGR
-        options, without = drop_impossible(self.settings.options, run)
+        keep, (options, without) = self.shards.keep, drop_impossible(self.settings.options, run)
+        closed_off = unsupported(completion) if "unsupported" in keep else None
+        image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
+        made = contents(completion, options, error, closed_off, image)
+        (depth_format,) = options.depth_formats
+        of_kept = (f"{DEPTH}.{depth_format}", f"expected_error.{depth_format}", "blocks.png", "unsupported.png", COLOUR)
+        files: dict[str, bytes] = {}
+        notes: list[str] = []
+        for kept, name in zip(KEPT, of_kept, strict=True):
+            if kept == "depth" or kept in keep:
+                files[name], found = made[name]()
+                notes += found
         for export in options.exports:
-            image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
-            files[FORMATS[export].file], found = FORMATS[export].content(completion, image)
-            notes = [*notes, *(f"{FORMATS[export].file}: {note}" for note in found)]
+            name = FORMATS[export].file
+            files[name], found = made[name]()
+            notes += [f"{name}: {note}" for note in found]
         return (run.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:

@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> None:
     seconds = time.perf_counter() - started
     verdict = () if again is None else again.verdict(completion)
     written = write(folder, run, completion, options)
-    notes = [*told, *run.blocks.notes, *completion.notes, *verdict, *written.notes, *written.remarks]
+    notes = [*told, *run.blocks.notes, *completion.notes, *verdict, *written.notes]
     warn(notes)
     for export in exports:
         warn(export.write(completion))

@@ -278,44 +278,25 @@ def precision_loss(given: float, written: float) -> str:
     return f"{steps}: write {given:g} units per metre to keep its precision, or TIFF or NPY, which are lossless."
 
 
-def write_expected_error(path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0) -> list[str]:
-    """Write expected errors atomically, as `write_depth` writes depth.
+def encode_expected_error(
+    path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0
+) -> tuple[bytes, list[str]]:
+    """Return expected errors as a file, as `encode_depth` does depth.
 
     Parameters
     ----------
     path : path-like
-        As for `write_depth`. In a PNG the minimum error is one unit, because 0 means not filled.
+        Its suffix is the format. In a PNG the minimum error is one unit, because 0 means not filled.
     error : array_like
         Expected error [m], (H, W), NaN where not filled.
     units : float
         File units per metre, for .png only.
 
-    Returns
-    -------
-    list of str
-        Warnings, as from `write_depth`.
-
     Raises
     ------
     ExportError, ParameterError
         As `write_depth` does.
-
-    Examples
-    --------
-    >>> write_expected_error("error.npy", np.array([[np.nan, 0.02]]))
-    []
-    >>> read_depth_values("error.npy").tolist()
-    [[nan, 0.019999999552965164]]
     """
-    content, warnings = encode_expected_error(path, error, units)
-    write_bytes(path, content)
-    return warnings
-
-
-def encode_expected_error(
-    path: str | os.PathLike[str], error: ArrayLike, units: float = 1000.0
-) -> tuple[bytes, list[str]]:
-    """Return the content of the file that `write_expected_error` writes, and its warnings; raises as it does."""
     values = np.asarray(plain_array(error), np.float32)
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))

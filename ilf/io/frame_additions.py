@@ -17,7 +17,6 @@ from .._runtime.arrays import check_shape
 from .._runtime.files import FileContent, FileSource, existing_file, read_file, split_dataset
 from .._runtime.formatting import counted
 from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
-from .._runtime.writing import write_bytes
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Gives, Guide
@@ -300,11 +299,11 @@ def guide_suffixes() -> tuple[str, ...]:
     return (*GUIDE_SUFFIXES, NETWORK_SUFFIX, *(f".{entry.name}" for entry in entry_points(GUIDES)))
 
 
-def write_array(path: str | os.PathLike[str], array: NDArray[np.float32]) -> None:
-    """Write a guide's array or depth by hand atomically as NPY, without loss."""
+def encode_array(array: NDArray[np.float32]) -> bytes:
+    """Return a guide's array or depth by hand as NPY, without loss."""
     content = io.BytesIO()
     np.save(content, array.astype("<f4"))
-    write_bytes(path, content.getvalue())
+    return content.getvalue()
 
 
 def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:

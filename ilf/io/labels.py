@@ -23,7 +23,12 @@ from .images import encode_image, image_header, read_indices
 
 def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
     """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raise ExportError if the file cannot be written."""
-    write_bytes(path, encode_image(".png", 255 * plain_array(mask).astype(np.uint8)))
+    write_bytes(path, encode_mask(mask))
+
+
+def encode_mask(mask: NDArray[np.bool_]) -> bytes:
+    """Return the content of the file that `write_mask` writes."""
+    return encode_image(".png", 255 * plain_array(mask).astype(np.uint8))
 
 
 def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
 from ..run.record_file import read_record
 from ..run.replaying import file_problems, network_differences
 from ..run.run import Run
-from ..run.writing import check_write, exported_files, write
+from ..run.writing import check_write, colour_path, write
 from .facts import present_completion, present_run
 from .frame_state import FrameState
 
@@ -128,7 +128,7 @@ def _exported(frame: FrameToExport, target: Path, options: ExportOptions, strict
         return ExportedFrame(frame.name, target, ExportStatus.UNCHANGED)
     found = run.complete() if completion is None else completion
     written = write(target, run, found, possible)
-    notes = *without, *found.notes, *written.notes, *written.remarks
+    notes = *without, *found.notes, *written.notes
     return ExportedFrame(frame.name, target, ExportStatus.WRITTEN, tuple(dict.fromkeys(notes)))
 
 
@@ -147,9 +147,9 @@ def _is_unchanged(target: Path, run: Run, completion: Completion | None, options
     if file_problems(record, target) or network_differences(record):
         return False
     # names and colours of blocks are in no record
-    named = replace(options, exports=tuple(name for name in options.exports if FORMATS[name].group == BLOCKS))
-    made = exported_files(target, compose(run, {}), named)
-    return all((target / name).read_bytes() == content for name, content, _ in made)
+    named = [FORMATS[name] for name in options.exports if FORMATS[name].group == BLOCKS]
+    nothing, image = compose(run, {}), colour_path(target, run, options)
+    return all((target / one.file).read_bytes() == one.content(nothing, image)[0] for one in named)
 
 
 def _inputs_of(record: RunRecord) -> RunRecord:

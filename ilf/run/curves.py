@@ -12,7 +12,7 @@ from itertools import groupby
 from .._runtime.files import read_file
 from ..data.results import CompactHistory, EdgeAwareRecord, IterationRecord, PassBandRecord
 from ..errors import FormatError
-from ..io.tables import write_csv
+from ..io.tables import csv_text
 
 CURVE_COLUMNS = (
     "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
@@ -21,25 +21,19 @@ CURVE_COLUMNS = (
 """r_y, r_x and weighted belong to the filter "ideal", cell_px and round to "edge-aware"; empty for the other filter."""
 
 
-def write_curves(path: str | os.PathLike[str], history: Mapping[int, Sequence[IterationRecord]]) -> None:
-    """Write the record of every iteration, block after block, atomically.
+def encode_curves(history: Mapping[int, Sequence[IterationRecord]]) -> bytes:
+    """Return the record of every iteration, block after block, as CSV.
 
     Floats are written with all digits, and seconds are left out: the same run gives the same file. An error without any
     pixels is an empty cell.
 
     Parameters
     ----------
-    path : path-like
     history : mapping
         Label -> records, as in `Completion.history`.
-
-    Raises
-    ------
-    ExportError
-        If the file cannot be written.
     """
     lines = ({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
-    write_csv(path, [CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)])
+    return csv_text([CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)]).encode()
 
 
 def _cells(record: IterationRecord) -> dict[str, object]:
@@ -65,14 +59,14 @@ def _digits(value: float) -> str:
 
 
 def read_curves(path: str | os.PathLike[str]) -> dict[int, CompactHistory]:
-    """Read what `write_curves` has written: label -> records, whose seconds are NaN.
+    """Read what `encode_curves` has made: label -> records, whose seconds are NaN.
 
     Raises
     ------
     InputError
         If the file cannot be read.
     FormatError
-        If it was not written by `write_curves`.
+        If it was not made by `encode_curves`.
     """
     try:
         rows = csv.DictReader(io.StringIO(bytes(read_file(path).data).decode()))

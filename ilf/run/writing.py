@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,15 +30,15 @@ from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
-from ..io.depth import precision_loss, write_depth, write_expected_error
-from ..io.frame_additions import write_array
+from ..io.depth import encode_depth, encode_expected_error, precision_loss
+from ..io.frame_additions import encode_array
 from ..io.images import encode_image
-from ..io.labels import encode_labels, write_mask
+from ..io.labels import encode_labels, encode_mask
 from ..io.meshes import write_mesh
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
-from .curves import write_curves
+from .curves import encode_curves
 from .formats import FORMATS, Export, check_format, colour_seen_from
 from .options import (
     ALIGNED_FILES,
@@ -144,14 +145,16 @@ class Written:
     files : tuple of Path
         In the order of `filenames`.
     notes : tuple of str
-        Notes on information that the files do not preserve, and how to keep it.
-    remarks : tuple of str
-        Remarks on the result that need no action.
+        What the user should know of the files: what they do not preserve, and how to keep it; what of the depth is
+        extrapolated or unsupported.
     """
 
     files: tuple[Path, ...]
     notes: tuple[str, ...]
-    remarks: tuple[str, ...] = ()
+
+
+Content = tuple[bytes, Sequence[str]]
+"""Content of a file, and notes on what it does not preserve."""
 
 
 def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
@@ -219,14 +222,17 @@ def write(
     chosen, target = options or ExportOptions(), Path(folder).absolute()
     check_write(target, run, chosen, overwrite=overwrite)
     names = filenames(run, chosen)
+    error = unsupported_mask = None
+    if chosen.expected_error and (chosen.depth_formats or chosen.cloud or chosen.mesh):
+        error, unsupported_mask = expected_error(completion), unsupported(completion)
+    made = contents(completion, chosen, error, unsupported_mask, colour_path(target, run, chosen))
+    notes = list(_notes(completion, chosen, unsupported_mask))
     with staging(target) as staged:
-        notes, remarks = _write_results(staged, run, completion, chosen)
-        for name, content, found in exported_files(target, completion, chosen):
+        for name in cancellable_items([name for name in names if name in made]):
+            content, found = made[name]()
             write_bytes(staged / name, content)
             notes += [f"{name}: {note}" for note in found]
-        if files.COLOUR in names:
-            # the encoder expects BGR
-            write_bytes(staged / files.COLOUR, encode_image(".png", run.frame.rgb[..., ::-1]))
+        notes += write_cloud_and_mesh(staged, run, completion, chosen, error, unsupported_mask)
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
@@ -237,17 +243,7 @@ def write(
                 notes.append(f"{RECORD_FILE} cannot be replayed without {files.LABELS}: the blocks were edited.")
         if names:
             move_into_place(staged, target, names)
-    return Written(tuple(target / name for name in names), tuple(notes), tuple(remarks))
-
-
-def exported_files(
-    folder: Path, completion: Completion, options: ExportOptions
-) -> Iterator[tuple[str, bytes, Sequence[str]]]:
-    """Make the files of other programs among the results in a folder: name, content, and what it does not preserve."""
-    run = completion.run
-    for name in options.exports:
-        image = files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
-        yield FORMATS[name].file, *FORMATS[name].content(completion, image)
+    return Written(tuple(target / name for name in names), tuple(notes))
 
 
 def save(
@@ -327,43 +323,75 @@ def _same_files(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
     return [path for path in paths if os.path.exists(path) and any(path.samefile(source) for source in there)]
 
 
-def _write_results(
-    folder: Path, run: Run, completion: Completion, options: ExportOptions
-) -> tuple[list[str], list[str]]:
-    """Write the results, without meta.json and record; returns notes and remarks."""
-    notes: list[str] = []
-    remarks: list[str] = []
-    if run.extrapolate and (count := np.count_nonzero(completion.extrapolated)):
-        remarks.append(f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {files.EXTRAPOLATED}.")
-    for name, array in _arrays(run, completion).items():
-        (write_mask if array.dtype == np.bool_ else write_array)(folder / name, array)
-    for depth_format in options.depth_formats:
-        name = DEPTH_FILES[depth_format]
-        found = write_depth(folder / name, completion.depth, options.depth_units)
-        if depth_format == "png" and run.frame.inputs is not None:
-            coarser = precision_loss(run.frame.inputs.depth_units, options.depth_units)
-            found += [coarser] if coarser else []
-        notes += [f"{name}: {note}" for note in found]
+def colour_path(folder: Path, run: Run, options: ExportOptions) -> str:
+    """Return the path of the colour file as seen from the results in a folder; "" for none."""
+    return files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
+
+
+def contents(
+    completion: Completion,
+    options: ExportOptions,
+    error: NDArray[np.float32] | None = None,
+    unsupported_mask: NDArray[np.bool_] | None = None,
+    image: str = "",
+) -> dict[str, Callable[[], Content]]:
+    """Return what makes the files of a completion, but for cloud, mesh, meta.json and record: name -> call.
+
+    Parameters
+    ----------
+    completion : Completion
+    options : ExportOptions
+    error, unsupported_mask : ndarray, optional
+        Expected error [m] and mask of unsupported depth, both (H, W), for the files with them.
+    image : str
+        Path of the colour file as seen from the other files; "" for none.
+    """
+    run, units = completion.run, options.depth_units
+    made: dict[str, Callable[[], Content]] = {
+        files.LABELS: lambda: (encode_labels(run.blocks.labels), ()),
+        files.CURVES: lambda: (encode_curves(completion.history), ()),
+        # the encoder expects BGR
+        files.COLOUR: lambda: (encode_image(".png", run.frame.rgb[..., ::-1]), ()),
+    }
+    for depth_format, name in DEPTH_FILES.items():
+        made[name] = partial(encode_depth, name, completion.depth, units)
+        if error is not None:
+            of_error = ERROR_FILES[depth_format]
+            made[of_error] = partial(encode_expected_error, of_error, error, units)
         if run.frame.brought is not None:
-            write_depth(folder / ALIGNED_FILES[depth_format], aligned(completion.depth, run.frame), options.depth_units)
-    error = unsupported_mask = None
-    if options.expected_error and (options.depth_formats or options.cloud or options.mesh):
-        error, unsupported_mask = expected_error(completion), unsupported(completion)
-        remarks += [note for note in default_edges(run.frame).notes if note not in completion.notes]
-        for depth_format in options.depth_formats:
-            name = ERROR_FILES[depth_format]
-            found = write_expected_error(folder / name, error, options.depth_units)
-            notes += [f"{name}: {note}" for note in found]
-        if options.depth_formats:
-            write_mask(folder / files.UNSUPPORTED, unsupported_mask)
-            if count := np.count_nonzero(unsupported_mask & ~completion.extrapolated):
-                remarks.append(f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}.")
-    if options.labels:
-        write_bytes(folder / files.LABELS, encode_labels(run.blocks.labels))
-    if options.curves:
-        write_curves(folder / files.CURVES, completion.history)
-    notes += write_cloud_and_mesh(folder, run, completion, options, error, unsupported_mask)
-    return notes, remarks
+            of_colour = ALIGNED_FILES[depth_format]
+            made[of_colour] = partial(_aligned, of_colour, completion, units)
+    arrays = _arrays(run, completion)
+    if unsupported_mask is not None:
+        arrays[files.UNSUPPORTED] = unsupported_mask
+    for name, array in arrays.items():
+        made[name] = partial(_encoded, array)
+    for name in options.exports:
+        made[FORMATS[name].file] = partial(FORMATS[name].content, completion, image)
+    return made
+
+
+def _aligned(name: str, completion: Completion, units: float) -> Content:
+    return encode_depth(name, aligned(completion.depth, completion.frame), units)[0], ()  # the notes are those of depth
+
+
+def _encoded(array: NDArray[Any]) -> Content:
+    return (encode_mask if array.dtype == np.bool_ else encode_array)(array), ()
+
+
+def _notes(completion: Completion, options: ExportOptions, unsupported_mask: NDArray[np.bool_] | None) -> Iterator[str]:
+    """Yield what the user should know of the files as a whole."""
+    run = completion.run
+    if run.extrapolate and (count := np.count_nonzero(completion.extrapolated)):
+        yield f"Extrapolated, not completed by a block: {counted(count, 'pixel')}, see {files.EXTRAPOLATED}."
+    given = options.depth_units if run.frame.inputs is None else run.frame.inputs.depth_units
+    if "png" in options.depth_formats and (coarser := precision_loss(given, options.depth_units)):
+        yield f"{DEPTH_FILES['png']}: {coarser}"
+    if unsupported_mask is None:
+        return
+    yield from (note for note in default_edges(run.frame).notes if note not in completion.notes)
+    if options.depth_formats and (count := np.count_nonzero(unsupported_mask & ~completion.extrapolated)):
+        yield f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}."
 
 
 def _arrays(run: Run, completion: Completion | None = None) -> dict[str, NDArray[Any]]:

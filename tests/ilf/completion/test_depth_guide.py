@@ -16,7 +16,7 @@ from ilf.completion.guide_hold_out import FollowedRanges, HeldOut, decided, held
 from ilf.data.guide import Guide, GuideCard
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.io.frame_additions import load_guide, write_array
+from ilf.io.frame_additions import encode_array, load_guide
 
 SHAPE = (90, 120)
 
@@ -344,7 +344,7 @@ def test_guides_are_read_from_files(tmp_path):
     for name in ("grey.png", "three.png", "one.npy", "named.npz"):
         assert np.array_equal(load_guide(tmp_path / name, SHAPE).values, grey), name
     both = Guide(ground_truth(), ground_truth() / 5)
-    write_array(tmp_path / "both.npy", both.array)
+    (tmp_path / "both.npy").write_bytes(encode_array(both.array))
     assert load_guide(tmp_path / "both.npy").is_same_as(both)
     assert not both.is_same_as(Guide(ground_truth()))
 
@@ -383,7 +383,7 @@ def test_run_with_a_guide_is_made_again_and_not_without_it(folder, cli):
     assert "guide_used.npy" in cli("info", folder / "out" / "run.json").out
 
     used = folder / "out" / "guide_used.npy"
-    write_array(used, Guide(ground_truth()).array)
+    used.write_bytes(encode_array(Guide(ground_truth()).array))
     with pytest.raises(InputError, match="not the guide of the recorded run"):
         ilf.replay(folder / "out" / "run.json")
     used.unlink()

@@ -14,7 +14,7 @@ from ilf.evaluation.evaluation import evaluate
 from ilf.evaluation.measuring import depth_profile, measure
 from ilf.evaluation.statistics import surface_statistics
 from ilf.io.block_files import write_blocks
-from ilf.io.depth import read_depth_values, write_expected_error
+from ilf.io.depth import encode_expected_error, read_depth_values
 from ilf.io.labels import read_labels, write_mask
 
 SHAPE = 12, 16
@@ -77,7 +77,7 @@ def test_masked_pixels_are_not_written(tmp_path):
     for name in ("depth.png", "depth.npy", "depth.tif"):
         ilf.write_depth(tmp_path / name, masked())
         assert np.array_equal(np.nan_to_num(read_depth_values(tmp_path / name)) == 0, HIDDEN)
-    write_expected_error(tmp_path / "error.npy", masked())
+    (tmp_path / "error.npy").write_bytes(encode_expected_error("error.npy", masked())[0])
     assert np.array_equal(np.isnan(read_depth_values(tmp_path / "error.npy")), HIDDEN)
     write_blocks(tmp_path / "labels.png", np.ma.masked_array(np.full(SHAPE, 3), mask=HIDDEN))
     assert np.array_equal(read_labels(tmp_path / "labels.png") == 0, HIDDEN)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf._runtime.writing import atomic_path
+from ilf._runtime.writing import atomic_path, write_bytes
 from ilf.data.points import PointCloud
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.data.surface import Mesh
@@ -20,7 +20,7 @@ from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
 from ilf.io.depth import DEPTH_SUFFIXES, png_fit, read_depth_values, write_depth
 from ilf.io.labels import read_labels
 from ilf.io.meshes import MESH_SUFFIXES, write_mesh
-from ilf.run.writing import write_curves
+from ilf.run.curves import encode_curves
 
 RNG = np.random.default_rng(3)
 DEPTH = RNG.uniform(0.4, 9.0, (20, 30)).astype(np.float32)
@@ -57,7 +57,7 @@ WRITERS = {
     "text.ply": lambda p: write_cloud(p, CLOUD, ascii=True),
     "text.pcd": lambda p: write_cloud(p, CLOUD, ascii=True),
     "labels.png": lambda p: write_blocks(p, LABELS),
-    "curves.csv": lambda p: write_curves(p, HISTORY),
+    "curves.csv": lambda p: write_bytes(p, encode_curves(HISTORY)),
 }
 
 
@@ -229,7 +229,7 @@ def test_labels_come_back_exactly(tmp_path):
 
 
 def test_curves_keep_every_digit_and_no_time(tmp_path):
-    write_curves(tmp_path / "c.csv", HISTORY)
+    (tmp_path / "c.csv").write_bytes(encode_curves(HISTORY))
     text = (tmp_path / "c.csv").read_bytes().decode()
     columns = "label,i,stage,r_y,r_x,sigma_i_m,l1_m,residual_m,held_out_m,weighted,cell_px,round,error_m"
     assert text.splitlines()[0] == columns

@@ -81,7 +81,7 @@ def test_depth_that_does_not_fit_is_said(completion, tmp_path):
     far = replace(completion, depth=np.full_like(completion.depth, 14))
     (note,) = far.export(tmp_path / "far.tum.png")
     assert note.startswith("far.tum.png: Depth beyond 13.11 m")
-    (note,) = far.save(tmp_path / "far", depth_formats=("npy",), exports=("tum.png",)).notes
+    note = far.save(tmp_path / "far", depth_formats=("npy",), exports=("tum.png",)).notes[-1]
     assert note.startswith("depth.tum.png: Depth beyond 13.11 m")
 
 

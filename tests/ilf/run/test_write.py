@@ -155,7 +155,7 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     assert np.isfinite(depth).all()
     np.testing.assert_array_equal(invalid_mask, extrapolate.frame.invalid_mask)
     np.testing.assert_array_equal(extrapolated, ~extrapolate.frame.known & (extrapolate.blocks.labels == 1))
-    assert f"{extrapolated.sum()} pixels" in found.remarks[0]
+    assert f"{extrapolated.sum()} pixels" in found.notes[0]
     assert {"extrapolated.png", "invalid_mask.png"} <= set(filenames(extrapolate, BARE))
     assert not {"extrapolated.png", "invalid_mask.png"} & set(filenames(run, BARE))
 
@@ -173,7 +173,7 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, ilf.unsupported(completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
-    assert write(out, run, outside, BARE).remarks == (
+    assert write(out, run, outside, BARE).notes == (
         f"Unsupported by measurements: {counted(count, 'pixel')}, see unsupported.png.",
     )
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)

@@ -114,7 +114,7 @@ def test_a_run_that_asks_for_no_network_needs_none(missing_runtime, tmp_path):
         completion = run.complete()
         assert found.notes == completion.notes == ()
         written = completion.save(tmp_path / parameters.filter, cloud=None)
-        note = written.remarks[0]
+        note = written.notes[0]
         assert note.startswith("Canny's edges are used for the expected error: ONNX Runtime")
 
 
