@@ -17,7 +17,6 @@ from .._runtime.files import file_sha256, is_address
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__, library_versions, processor
 from .._runtime.named_places import NotAllowed, first_allowed, note_opened
-from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
 from ..data.blocks import Blocks
@@ -72,47 +71,31 @@ def file_problems(record: RunRecord, folder: Path) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def version_differences(record: RunRecord) -> str:
-    """Text on the program and libraries whose versions differ from the record; "" if all are equal."""
-    recorded = {"ilf": record.version, **record.versions}
-    present = {"ilf": __version__, **library_versions()}
+def setup_differences(record: RunRecord) -> str:
+    """Text on the program, libraries, processor and device of the networks that differ from the record; "" if all are
+    the same."""
+    recorded = {"ilf": record.version, **record.versions, "processor": record.processor, "device": record.device}
+    present = {"ilf": __version__, **library_versions(), "processor": processor(), "device": device()}
     return ", ".join(
-        f"{name} {version} (here {present[name]})"
-        for name, version in recorded.items()
-        if name in present and version != present[name]
+        f"{name} {was} (here {present[name]})"
+        for name, was in recorded.items()
+        if name in present and was != present[name]
     )
-
-
-def processor_difference(record: RunRecord) -> str:
-    """Text on a processor type, or a device of the networks, that differs from the record; "" if both are the same."""
-    apart = []
-    if record.processor != processor():
-        apart.append(f"another kind of processor ({record.processor}; here {processor()})")
-    if record.device != device():
-        apart.append(f"another device for networks ({record.device}; here {device()})")
-    return " and ".join(apart)
 
 
 def network_differences(record: RunRecord) -> list[str]:
     """Sentences on networks that differ from the record, and the consequences."""
     sentences = []
-    parts = (
-        (record.networks.extraction, "used by the extraction", "the blocks may differ"),
-        (record.networks.filter, "used by the filter", "depth beside edges may differ by more than rounding"),
-    )
-    for networks, had, means in parts:
+    for user, networks, result in (
+        ("extraction", record.networks.extraction, "blocks"),
+        ("filter", record.networks.filter, "depth"),
+    ):
         for name, sha256 in networks.items():
             present = installed_sha256(name)
-            if present == sha256:
-                continue
-            state = "is not available" if present is None else "has changed"
-            if name in (CORRECTION, SPARSE_CORRECTION):
-                sentences.append(
-                    f"The network {name!r} of the run {state}: depth may differ. Install the recorded one."
-                )
-                continue
-            remedy = "Install the recorded version" if name == DEPTH_EDGES else "Import the recorded one"
-            sentences.append(f"The edge network {name!r} {had} {state}: {means}. {remedy}.")
+            if present != sha256:
+                state = "is not available" if present is None else "has changed"
+                means = f"the {result} may differ. Install the recorded one"
+                sentences.append(f"The network {name!r} used by the {user} {state}: {means}.")
     return sentences
 
 
@@ -243,10 +226,8 @@ def replay(
     gone = sorted(set(record.own_parameters) - set(np.unique(blocks.labels).tolist()))
     if gone:
         raise InputError(f"The record was changed: its label map lacks blocks of its outcomes, {gone}. Restore it.")
-    if versions := version_differences(record):
-        differences.append(f"The run was made with {versions}: results may differ in the last digits, or more.")
-    if another := processor_difference(record):
-        differences.append(f"The run was made on {another}: results may differ in the last digits.")
+    if others := setup_differences(record):
+        differences.append(f"The run was made with {others}: results may differ in the last digits, or more.")
     run = Run(frame, blocks, record.parameters, frozenset(record.own_parameters), record.extrapolate)
     return Replay(run, record.export, record, tuple(differences), folder, recorded_depth(record, folder))
 
@@ -417,8 +398,8 @@ def _found_again(record: RunRecord, frame: RGBDFrame, folder: Path, extract: boo
     again = found_blocks(frame, record.extraction)
     if array_sha256(again.labels) == record.blocks.sha256:
         return again
-    versions = version_differences(record)
-    problem = "The extraction gives different blocks than recorded" + (f" with {versions}" if versions else "")
+    others = setup_differences(record)
+    problem = "The extraction gives different blocks than recorded" + (f" with {others}" if others else "")
     name = record.blocks.file or files.LABELS
     if saved is None:
         remedy = f"{problem}. Install the recorded versions, or put the run's {name} beside the record."

@@ -167,8 +167,8 @@ def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypat
 
     network.unlink()
     for text in network_differences(record):
-        assert text.startswith("The edge network 'depth-edges' used by ")
-        assert text.endswith("Install the recorded version.")
+        assert text.startswith("The network 'depth-edges' used by ")
+        assert text.endswith("Install the recorded one.")
         assert " is not available: " in text
     run = ilf.Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
     record = make_record(run, run.complete(), OPTIONS)
