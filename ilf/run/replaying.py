@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from .._runtime.schema import Section
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import InputFile, RGBDFrame
+from ..data.guide import Guide
 from ..data.neighbours import Neighbour, NeighbourDepth
 from ..data.results import Completion
 from ..errors import IlfError, InputError
@@ -43,8 +44,6 @@ from .record import (
 from .record_file import read_record
 from .recorded_results import recorded_completion, recorded_depth
 from .run import Run
-
-T = TypeVar("T")
 
 # Differences from the recorded state: files, edge networks, versions and processor.
 
@@ -256,13 +255,13 @@ def _recorded_frame(
     pose = frame.pose if record.pose is None else np.array(record.pose)
     frame = replace(frame, inputs=replace(inputs, ground_truth=None), pose=pose)
     if record.outside_view is not None:
-        outside = _recorded_mask(record.outside_view, "the outside view", folder, frame.shape)
+        outside = _beside(record.outside_view, "the mask of the outside view", folder)
         frame = replace(frame, outside_view=outside)
-    invalid_mask = _recorded_mask(record.invalid_mask, "invalid depth", folder, frame.shape)
-    guide = _beside(record.guide, "the guide", folder, load_guide, lambda one: one.array)
-    if guide is not None and record.guide is not None:
-        guide = replace(guide, path=record.guide.path, network=record.guide.network, gives=record.guide.gives)
-    return frame.with_invalid_mask(invalid_mask).with_guide(guide)
+    values, stated = _beside(record.guide, "the guide", folder, lambda path: load_guide(path).array), record.guide
+    if values is not None and stated is not None:
+        guide = replace(Guide.from_array(values, stated.path), network=stated.network, gives=stated.gives)
+        frame = frame.with_guide(guide)
+    return frame.with_invalid_mask(_beside(record.invalid_mask, "the mask of invalid depth", folder))
 
 
 def _with_recorded_neighbours(record: RunRecord, frame: RGBDFrame, folders: Sequence[Path]) -> RGBDFrame:
@@ -343,44 +342,28 @@ def _file_name(path: str) -> str:
 
 
 def _beside(
-    recorded: RecordedMask | None,
-    what: str,
-    folder: Path,
-    read: Callable[[Path], T],
-    array: Callable[[T], NDArray[Any]],
-) -> T | None:
-    """An input of the run from its file beside the record, with the recorded array; None if the run had none."""
+    recorded: RecordedMask | None, what: str, folder: Path, read: Callable[[Path], NDArray[Any]] = read_mask
+) -> NDArray[Any] | None:
+    """An array that the run was given, from its file beside the record; None if it was given none."""
     if recorded is None:
         return None
     path = folder / recorded.file
     if not os.path.isfile(path):
         raise InputError(f"{what.capitalize()} of this run ({path.name}) is not beside the record. Put it there.")
-    found = read(path)
-    if array_sha256(array(found)) != recorded.sha256:
+    array = read(path)
+    if array_sha256(array) != recorded.sha256:
         raise InputError(f"{path} is not {what} of the recorded run: its content has changed. Restore it.")
-    return found
-
-
-def _recorded_mask(
-    recorded: RecordedMask | None, what: str, folder: Path, shape: tuple[int, int]
-) -> NDArray[np.bool_] | None:
-    return _beside(recorded, f"the mask of {what}", folder, lambda path: read_mask(path, shape), lambda mask: mask)
+    return array
 
 
 def _recorded_blocks(record: RunRecord, frame: RGBDFrame, folder: Path, extract: bool) -> Blocks:
     """The recorded blocks: extracted again, or with the label map from the file beside the record."""
-    by_hand, drawn = record.by_hand, _recorded_mask(record.drawn, "drawn borders", folder, frame.shape)
-    weight = 0.0 if by_hand is None else by_hand.weight
+    drawn = _beside(record.drawn, "the mask of drawn borders", folder)
+    by_hand = _beside(record.by_hand, "depth by hand", folder, read_depth_values)
     return replace(
         _found_again(record, frame, folder, extract).with_parameters(record.own_parameters, record.parameters),
         drawn=drawn,
-        by_hand=_beside(
-            by_hand,
-            "depth by hand",
-            folder,
-            lambda path: DepthByHand(read_depth_values(path), weight),
-            lambda one: one.depth,
-        ),
+        by_hand=None if record.by_hand is None or by_hand is None else DepthByHand(by_hand, record.by_hand.weight),
     )
 
 
