@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -102,15 +102,15 @@ _FRAMES = (
 )
 
 _RUNS = (
-    Column("run", attrgetter("number")),
-    Column("name", lambda run: one_line(run.name)),
-    Column("end", attrgetter("how")),
-    Column("blocks", lambda run: len(run.done)),
-    Column("time [s]", attrgetter("seconds"), ".1f"),
-    Column("ground truth [mm]", lambda run: _mm(run.ground_truth_error), ".2f"),
-    Column("hold-out [mm]", lambda run: _mm(run.hold_out_error), ".2f"),
-    Column(f"{RMS_NAME} [mm]", lambda run: _mm(run.expected_error), ".2f"),
-    Column("note", lambda run: one_line(run.note) or None),
+    Column("run", itemgetter("number")),
+    Column("name", lambda run: one_line(run["name"])),
+    Column("end", itemgetter("how")),
+    Column("blocks", lambda run: len(run["done"])),
+    Column("time [s]", itemgetter("seconds"), ".1f"),
+    Column("ground truth [mm]", lambda run: _mm(run["ground_truth_error"]), ".2f"),
+    Column("hold-out [mm]", lambda run: _mm(run["hold_out_error"]), ".2f"),
+    Column(f"{RMS_NAME} [mm]", lambda run: _mm(run["expected_error"]), ".2f"),
+    Column("note", lambda run: one_line(run["note"]) or None),
 )
 
 
@@ -133,7 +133,7 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
                 "has_state": fact.frame.has_state,
                 "bytes": fact.size,
                 "sources": fact.sources,
-                "runs": [dataclasses.asdict(run) for run in fact.runs],
+                "runs": fact.runs,
                 "problems": fact.problems,
             }
             for fact in facts

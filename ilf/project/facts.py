@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ..data.results import Completion, compose
 from ..run.record import array_sha256
@@ -13,22 +14,12 @@ from .file import OpenedProject
 from .frame_state import FrameState
 from .missing_files import how_found, wanted_files
 from .project import ProjectFrame
+from .run_history import StoredRun
 from .state_codec import frame_part, read_head
 
-
-@dataclass(frozen=True)
-class RunFacts:
-    """A run of the run history. Errors are RMS [m]; NaN if undefined, None if not computed."""
-
-    number: int
-    name: str
-    how: str
-    done: frozenset[int]
-    seconds: float
-    note: str
-    ground_truth_error: float | None
-    hold_out_error: float | None
-    expected_error: float | None
+_OF_RUN = (
+    "number", "name", "how", "done", "seconds", "note", "ground_truth_error", "hold_out_error", "expected_error",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -40,7 +31,8 @@ class FrameFacts:
     frame : ProjectFrame
     sources : dict of str to str
         Path of each of its files -> how it is there, as of `how_found`.
-    runs : tuple of RunFacts
+    runs : tuple of dict of str to object
+        Number, name, how, done, seconds, note and errors of each run of the history, as in `StoredRun`.
     size : int
         Bytes of its own part and of the arrays that it refers to.
     problems : tuple of str
@@ -49,7 +41,7 @@ class FrameFacts:
 
     frame: ProjectFrame
     sources: dict[str, str]
-    runs: tuple[RunFacts, ...] = ()
+    runs: tuple[dict[str, Any], ...] = ()
     size: int = 0
     problems: tuple[str, ...] = ()
 
@@ -68,8 +60,8 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     try:
         content = opened.parts.read(frame_part(frame.id))
         head = read_head(content)
-        told = ({name: run[name] for name in stored_fields(RunFacts)} for run in head.state["runs"])
-        runs: tuple[RunFacts, ...] = from_plain(list(told), tuple[RunFacts, ...], {})
+        kinds = stored_fields(StoredRun)
+        runs = tuple({name: from_plain(run[name], kinds[name], {}) for name in _OF_RUN} for run in head.state["runs"])
         size = len(content) + sum(_checked_size(opened, name) for name in head.parts)
     except UNREADABLE as error:
         return FrameFacts(frame, sources, problems=(f"The work on this frame cannot be read: {error}",))

@@ -70,17 +70,6 @@ def encode_project(project: Project, places: Places | None = None) -> bytes:
     return strict_json(data)[:-1] + b',"frames":[' + frames + b"]}"
 
 
-@dataclass(frozen=True)
-class _Stored:
-    """The JSON of project.json."""
-
-    folder: str | None
-    files: dict[str, FilePlace]
-    given: dict[str, str]
-    settings: dict[str, Any]
-    frames: list[Any]
-
-
 def decode_project(parts: Parts, path: Path | None = None, *, stated_in: str | None = None) -> ReadProject:
     """Read the project stored in parts; if project.json cannot be read, build it from the stored frames.
 
@@ -117,20 +106,21 @@ def read_project_head(content: bytes) -> dict[str, Any]:
 
 
 def _decoded(data: Mapping[str, Any], path: Path | None, stated_in: str | None) -> ReadProject:
-    stored = converted(data, _Stored, "project")
-    places = Places(path, stored.files, _given(stored.given, stated_in), stated_in=stated_in)
-    moved = path is not None and stored.folder != str(path.parent)
+    stored = Section("project", dict(data))
+    given = _given(stored.get("given", dict[str, str]), stated_in)
+    places = Places(path, stored.get("files", dict[str, FilePlace]), given, stated_in=stated_in)
+    moved = path is not None and stored.get("folder", str | None) != str(path.parent)
 
     def source(data: Any, kind: Any) -> FrameRef:
         read = FrameRef.from_json(Section("source", converted(data, dict, "source")), stated_in)
         return read.with_paths(lambda path: _present(path, places)) if moved else read
 
     hooks: dict[type, Read] = {FrameRef: source}
-    frames = tuple(from_plain(row, ProjectFrame, hooks) for row in stored.frames)
+    frames = tuple(from_plain(row, ProjectFrame, hooks) for row in stored.get("frames", list[Any]))
     for frame in frames:
         if not re.fullmatch(_ID, frame.id):
             raise FormatError(f"{frame.id!r:.40} is not a valid id.")
-    project = replace(from_plain(stored.settings, Project, hooks), frames=frames)
+    project = replace(from_plain(stored.get("settings", dict[str, Any]), Project, hooks), frames=frames)
     return ReadProject(project, places)
 
 
