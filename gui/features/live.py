@@ -189,7 +189,7 @@ class LiveFeature(Panel):
         """Why the last recording ended, if it could not be written."""
         self._levels: tuple[int, tuple[float, float]] | None = None
         self.requests.ended.connect(lambda: self._end("Stopped."))
-        self._saver = LatestRequest(self, self._tell_error)
+        self._saver = LatestRequest(self, self._tell_error, must_finish=True)
         _ = self.widget
 
     def make(self) -> QDialog:

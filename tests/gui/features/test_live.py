@@ -1,6 +1,8 @@
 """The window that plays a recording or a camera: pictures, figures, recording, freezing."""
 
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
 from gui.features.live import LiveFeature
+from gui.work.jobs import stop_workers
+from ilf._runtime.cancellation import check_cancelled
 from ilf.errors import InputError
 from ilf.sources.reading import read_frame
 from ilf.sources.realsense import load_realsense
@@ -106,6 +110,21 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
     live.freeze()
     qtbot.waitUntil(lambda: "already exists" in live.state.text())
     assert len(frozen) == 1
+
+
+def test_a_frame_that_is_being_frozen_is_written_when_the_window_closes(live, small_frame, monkeypatch, tmp_path):
+    def write(path, frame):
+        time.sleep(0.3)
+        check_cancelled()
+        Path(path).touch()
+
+    path = tmp_path / "frozen"
+    monkeypatch.setattr("gui.features.live.write_frame", write)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    live.shown = SimpleNamespace(completion=SimpleNamespace(frame=small_frame))
+    live.freeze()
+    stop_workers(live)
+    assert path.exists()
 
 
 def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch):
