@@ -146,6 +146,20 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.visible
 
 
+def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed, qtbot, tmp_path):
+    window, feature = listed, listed.feature(ExportFeature)
+    feature.ask(THIS)
+    first = feature.folder_path.text()
+    with qtbot.waitSignal(feature.requests.ended):
+        feature.export_button.click()
+        assert feature.busy
+        loaded(window, qtbot, window.loader.open_entry, window.workspace.entries[1])
+        window.refresh.now()
+    assert window.workspace.current.name in feature.widget.windowTitle()
+    assert feature.folder_path.text() != first, "it would replace the files of the other frame"
+    assert feature.message.text().startswith("Exported to")
+
+
 def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
     frames, path = listed.workspace, tmp_path / "walk.ilf"
     frames.set_done(frames.entries[0], True)
