@@ -65,6 +65,15 @@ def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path)
     assert np.array_equal(recorded[-1], live.shown.completion.depth)
 
 
+def test_frames_that_come_faster_than_they_can_be_drawn_are_left_out(qtbot, live, recording, monkeypatch):
+    played(qtbot, live, recording, 1000.0)
+    drawn, frame = [], live.shown
+    monkeypatch.setattr(live.pictures["Colour"], "show_rgb", drawn.append)
+    monkeypatch.setattr("gui.features.live.play", lambda *_: (yield from [frame] * 100))
+    played(qtbot, live, recording, 1000.0)
+    assert 1 <= len(drawn) < 50
+
+
 def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording, frozen):
     played(qtbot, live, recording, 1000.0)
     live.freeze()
