@@ -130,6 +130,8 @@ class AdditionalDepthPanel(Panel):
             QSpinBox(minimum=1, maximum=most, value=int(str(QSettings().value(key, usual, int))))
             for key, usual, most in ((_COUNT_KEY, _COUNT, _MAX_COUNT), (_STEP_KEY, _STEP, _MAX_STEP))
         )
+        for number in (self._count, self._step):
+            number.setKeyboardTracking(False)  # Escape drops what is being typed
         self._count.setToolTip("Number of frames before this one, and as many after it, whose depth is used")
         self._step.setToolTip(
             "Use every so many frames: a camera that moves slowly shows more from frames farther away"

@@ -67,7 +67,7 @@ class DerivedFeature(Feature):
             getattr(self, f"_ask_{name}")(self._document)
 
     def _turn(self) -> None:
-        """Forget what was of another frame."""
+        """Forget what was of another frame, and that frame."""
         self._document = None
         for name in _KINDS:
             self._tell(name)

@@ -183,13 +183,15 @@ class LiveFeature(Panel):
         super().__init__(context)
         self.tape = Tape()
         self.shown: LiveFrame | None = None
-        """The frame shown at present."""
+        """The newest frame that was played."""
+        self._undrawn: LiveFrame | None = None
+        """The same, until it is drawn: frames may come faster than that."""
         self._times = deque[float](maxlen=_RECENT)
         self._problem = ""
         """Why the last recording ended, if it could not be written."""
         self._levels: tuple[int, tuple[float, float]] | None = None
         self.requests.ended.connect(lambda: self._end("Stopped."))
-        self._saver = LatestRequest(self, self._tell_error)
+        self._saver = LatestRequest(self, self._tell_error, must_finish=True)
         _ = self.widget
 
     def make(self) -> QDialog:
@@ -219,7 +221,10 @@ class LiveFeature(Panel):
         return dialog
 
     def refresh(self, parts: Part) -> None:
-        """Nothing of the state is shown."""
+        """Draw the newest frame, unless that is done."""
+        frame, self._undrawn = self._undrawn, None
+        if frame is not None:
+            self._show(frame)
 
     def ask_recording(self) -> None:
         """Choose a recording, and play it."""
@@ -240,12 +245,12 @@ class LiveFeature(Panel):
         self.widget.show()
         self.widget.raise_()
         self._times.clear()
-        self._levels = None
+        self._levels = self._undrawn = None
         self.play_button.setText("&Stop")
         self.state.show_message(f"Waiting for the {_CAMERA} …" if path is None else f"Reading {path} …")
         parameters, tape = self.context.workspace.parameters.current, self.tape
         self.requests.ask(
-            lambda: play(path, rate, parameters, tape), self._end, step=self._show, what="a live recording"
+            lambda: play(path, rate, parameters, tape), self._end, step=self._take, what="a live recording"
         )
 
     def pending_work(self) -> Sequence[Job]:
@@ -290,13 +295,16 @@ class LiveFeature(Panel):
         self._problem = ""
         self.record_button.setText("&Record…" if path is None else "End &recording")
 
-    def _show(self, frame: LiveFrame) -> None:
-        completion, found = frame.completion, frame.statistics
-        self.shown = frame
+    def _take(self, frame: LiveFrame) -> None:
+        self.shown = self._undrawn = frame
         self._times.append(time.monotonic())
         if frame.problem:
             self.record(None)
             self._problem = frame.problem
+        self.redraw()
+
+    def _show(self, frame: LiveFrame) -> None:
+        completion, found = frame.completion, frame.statistics
         if self._levels is None or self._levels[0] != found.scenes:  # the same colours while the scene stays the same
             self._levels = found.scenes, robust_depth_levels(completion.depth)
         levels = self._levels[1]
@@ -324,6 +332,7 @@ class LiveFeature(Panel):
         """Say why playing has ended, once, unless something else is to be played."""
         if self.busy or self.play_button.text() == "&Play again":
             return
+        self.refresh(NO_PART)
         self.tape.wanted = None
         self.record_button.setText("&Record…")
         self.play_button.setText("&Play again")

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QSettings, Qt, Signal
@@ -110,6 +110,26 @@ class PropagateDialog(QDialog):
 # One propagation.
 
 
+class PropagatedFrame(NamedTuple):
+    """What is told of a frame that has received blocks; its arrays are not kept, since frames may be many.
+
+    Attributes
+    ----------
+    name, how : str
+        Of the frame, and of the method used.
+    to_check, new, gone : int
+        Numbers of blocks.
+    notes : tuple of str
+    """
+
+    name: str
+    how: str
+    to_check: int
+    new: int
+    gone: int
+    notes: tuple[str, ...]
+
+
 @dataclass(eq=False)
 class PropagationRun:
     """A propagation of blocks through frames of the list.
@@ -133,8 +153,7 @@ class PropagationRun:
         The target frame; the source while that is read.
     before : FrameState or None
         State of the frame whose blocks are propagated next; None before the source was read.
-    done : list of (str, Propagated)
-        Names of the frames that have received blocks, and these.
+    done : list of PropagatedFrame
     kept : list of str
         Names of frames that have kept their blocks.
     problems : list of str
@@ -149,7 +168,7 @@ class PropagationRun:
     total: int
     present: Entry
     before: FrameState | None = None
-    done: list[tuple[str, Propagated]] = field(default_factory=list)
+    done: list[PropagatedFrame] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     stopped: bool = False
@@ -162,12 +181,12 @@ class PropagationRun:
     @property
     def to_check(self) -> int:
         """Number of blocks that need a check."""
-        return sum(len(propagated.state.to_check) for _, propagated in self.done)
+        return sum(frame.to_check for frame in self.done)
 
     @property
     def notes(self) -> list[str]:
         """Notes on single frames, a sentence each."""
-        return [*self.problems, *(f"{name}: {note}" for name, found in self.done for note in found.followed.notes)]
+        return [*self.problems, *(f"{frame.name}: {note}" for frame in self.done for note in frame.notes)]
 
     def keeps(self, entry: Entry) -> bool:
         """Whether a frame keeps its blocks."""
@@ -183,11 +202,10 @@ def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = []
     if run.done:
-        followed = [propagated.followed for _, propagated in run.done]
-        ways = [one.how for one in followed]
+        ways = [frame.how for frame in run.done]
         how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-        texts.append(f"Blocks of {run.source.name} propagated to {_named([name for name, _ in run.done])}: {how}.")
-        counts = {"new": sum(len(one.new) for one in followed), "gone": sum(len(one.gone) for one in followed)}
+        texts.append(f"Blocks of {run.source.name} propagated to {_named([frame.name for frame in run.done])}: {how}.")
+        counts = {"new": sum(frame.new for frame in run.done), "gone": sum(frame.gone for frame in run.done)}
         parts = [f"{count} {what}" for what, count in counts.items() if count]
         texts.append(", ".join([f"{counted(run.to_check, 'block')} to check", *parts]) + ".")
     if run.kept:
@@ -389,7 +407,9 @@ class PropagationFeature(Feature):
         elif isinstance(outcome, Propagated):
             document, source = self._open(entry, read), outcome.state.blocks.propagated_from
             workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
-            run.done.append((document.name, outcome))
+            found, to_check = outcome.followed, len(outcome.state.to_check)
+            done = PropagatedFrame(document.name, found.how, to_check, len(found.new), len(found.gone), found.notes)
+            run.done.append(done)
             run.before = outcome.state
         elif outcome.blocks.labels.any():
             if entry is not run.source:

@@ -373,12 +373,13 @@ class RowTable(Themed, QTableView):
 
     def rename(self) -> None:
         """Let the user edit the current cell, or the name of its row; if that is not selected, of the first one that
-        is."""
+        is. Do nothing if no column is edited."""
         current, selected = self.currentIndex(), self.selectionModel().selectedRows()
         if selected and current.siblingAtColumn(0) not in selected:
             current = min(selected, key=QModelIndex.row)
         can_be = [column for column, heading in self._headings.items() if heading.kind == "edited"]
-        self.edit(current.siblingAtColumn(current.column() if current.column() in can_be else can_be[0]))
+        if can_be:
+            self.edit(current.siblingAtColumn(current.column() if current.column() in can_be else can_be[0]))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)

@@ -69,6 +69,8 @@ class LatestRequest(QObject):
     ----------
     fail : callable
         Called with the exception of a question that has no `fail` of its own.
+    must_finish : bool
+        Whether the question in progress is always finished and waited for, as writing to disk must be.
 
     Signals
     -------
@@ -82,10 +84,15 @@ class LatestRequest(QObject):
     begun = Signal()
     ended = Signal()
 
-    def __init__(self, parent: QObject | None = None, fail: Callable[[Exception], object] = _raise) -> None:
+    def __init__(
+        self,
+        parent: QObject | None = None,
+        fail: Callable[[Exception], object] = _raise,
+        must_finish: bool = False,
+    ) -> None:
         super().__init__(parent)
         self._fail = fail
-        self._worker = Worker(self)
+        self._worker = Worker(self, must_finish)
         self._worker.finished.connect(lambda answer: self._end(lambda job: job.answer(answer)))
         self._worker.failed.connect(lambda error: self._end(lambda job: job.fail(error)))
         self._worker.cancelled.connect(self._go_on)

@@ -277,10 +277,13 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert "Cancelled" in shown.state.text()
     assert "not run" in shown.pictures.item(*shown.pictures.place(8)).text()
     assert shown.first.isEnabled()
+    shown.start_button.click()
     window.actions_["close_frame"].trigger()
     settle(window)
+    qtbot.waitUntil(lambda: not shown.busy)
     assert shown.found is None
     assert not shown.pictures.isVisible()
+    assert "Running" not in shown.state.text()
 
 
 def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import ALL, DONE, THIS, Export
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.status import StatusFeature
+from ilf.project.exporting import export_frames
 from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
 
@@ -144,6 +146,27 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert [dialog.results.topLevelItem(row).text(1) for row in range(3)] == ["unchanged", "failed", "unchanged"]
     QTest.keyClick(dialog.widget, Qt.Key.Key_Escape)
     assert not dialog.visible
+
+
+def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed, qtbot, tmp_path, monkeypatch):
+    window, feature, turned = listed, listed.feature(ExportFeature), threading.Event()
+
+    def held(*given):
+        turned.wait(20)
+        yield from export_frames(*given)
+
+    monkeypatch.setattr("gui.features.export.feature.export_frames", held)
+    feature.ask(THIS)
+    first = feature.folder_path.text()
+    feature.export_button.click()
+    loaded(window, qtbot, window.loader.open_entry, window.workspace.entries[1])
+    window.refresh.now()
+    with qtbot.waitSignal(feature.requests.ended):
+        assert feature.busy
+        turned.set()
+    assert window.workspace.current.name in feature.widget.windowTitle()
+    assert feature.folder_path.text() != first, "it would replace the files of the other frame"
+    assert feature.message.text().startswith("Exported to")
 
 
 def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QAbstractSpinBox,
     QApplication,
     QComboBox,
     QDialog,
@@ -305,6 +306,22 @@ def test_enter_takes_a_typed_number_and_escape_drops_it(typing, leaving, expecte
     key(typing, leaving)
     assert (field.value(), float(field.text())) == pytest.approx((expected, expected))
     assert isinstance(_focus(), ImageView)
+
+
+def test_escape_drops_a_typed_number_in_each_panel(typing):
+    seen = set()
+    for dock in typing.findChildren(QDockWidget):
+        typing.panels.enter(dock.windowTitle())
+        for field in dock.findChildren(QAbstractSpinBox):
+            if field.isVisible() and field.isEnabled():
+                seen.add(dock.windowTitle())
+                before = field.text()
+                field.setFocus()
+                field.selectAll()
+                QTest.keyClicks(field, "3")
+                key(typing, _Key.Key_Escape)
+                assert field.text() == before, field.toolTip()
+    assert len(seen) > 1
 
 
 @pytest.mark.parametrize("title", ["Runs", "Accuracy", "Frames", "History"])

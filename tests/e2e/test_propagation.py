@@ -1,5 +1,6 @@
 """Blocks go from frame to frame in the real window."""
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -159,8 +160,17 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
         part.propagate_through(2)
     (propagation_run,) = ended.args
     assert propagation_run.kept == ["frame-1"]
-    assert [len(np.unique(found.state.blocks.labels)) for _, found in propagation_run.done] == [3]
+    assert [frame.name for frame in propagation_run.done] == ["frame-2"]
+    assert entries[2].summary.blocks == 3
     assert entries[1].document is None  # nobody had to open it
+
+
+def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
+    with qtbot.waitSignal(part.ended) as ended:
+        part.propagate_through(4)
+    (propagation_run,) = ended.args
+    assert len(propagation_run.done) == 4
+    assert len(pickle.dumps(propagation_run.done)) < listed.workspace.current.labels.nbytes / 4
 
 
 def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
@@ -192,7 +202,7 @@ def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part,
     with qtbot.waitSignal(part.ended) as ended:
         part.propagate_through(1500)
     (propagation_run,) = ended.args
-    assert [name for name, _ in propagation_run.done] == ["frame-1"]
+    assert [frame.name for frame in propagation_run.done] == ["frame-1"]
     assert (propagation_run.total, propagation_run.problems) == (1, [])
     assert len(entries) == 2
 
@@ -225,7 +235,7 @@ def test_an_error_on_the_way_ends_nothing_but_its_frame(listed, part, qtbot, mon
     with qtbot.waitSignal(part.ended):
         part.propagate_through(2)
     (run,) = ended
-    assert [name for name, _ in run.done] == [workspace.entries[2].name]
+    assert [frame.name for frame in run.done] == [workspace.entries[2].name]
     assert "unforeseen" in run.problems[0]
 
 

@@ -1,5 +1,8 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
+import gc
+import weakref
+
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence, QResizeEvent
@@ -157,3 +160,15 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     QTest.keyClicks(palette.field, "side")
     assert palette.offered()
     palette.leave()
+
+
+def test_a_frame_that_is_closed_leaves_no_copy_in_memory(opened, qtbot):
+    workspace, document = opened.workspace, weakref.ref(opened.workspace.current)
+    opened.refresh.now()
+    workspace.remove_entries([workspace.current_entry])
+
+    def is_gone() -> bool:
+        gc.collect()
+        return document() is None
+
+    qtbot.waitUntil(is_gone)

@@ -499,6 +499,7 @@ class ExportFeature(Panel):
     def _tell_end(self, text: str, tone: str) -> None:
         self.work.hide()
         self._allow()
+        self.refresh(self.parts)  # another frame may be the current one now
         self._status.show_exporting("")
         self.message.show_message(text, tone)
         self.warning.show_message("")

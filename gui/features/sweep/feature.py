@@ -276,6 +276,8 @@ class SweepFeature(Panel):
 
     def _end(self) -> None:
         self._set_busy(False)
+        if self.found is None:  # its frame was closed
+            self._describe()
         self._show_found()
 
     def _drop(self) -> None:

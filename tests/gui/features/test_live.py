@@ -1,6 +1,8 @@
 """The window that plays a recording or a camera: pictures, figures, recording, freezing."""
 
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import ilf
 from gui.app.main_window import MainWindow
 from gui.base.commands import why_not
 from gui.features.live import LiveFeature
+from gui.work.jobs import stop_workers
+from ilf._runtime.cancellation import check_cancelled
 from ilf.errors import InputError
 from ilf.sources.reading import read_frame
 from ilf.sources.realsense import load_realsense
@@ -61,6 +65,15 @@ def test_frames_are_shown_recorded_and_counted(qtbot, live, recording, tmp_path)
     assert np.array_equal(recorded[-1], live.shown.completion.depth)
 
 
+def test_frames_that_come_faster_than_they_can_be_drawn_are_left_out(qtbot, live, recording, monkeypatch):
+    played(qtbot, live, recording, 1000.0)
+    drawn, frame = [], live.shown
+    monkeypatch.setattr(live.pictures["Colour"], "show_rgb", drawn.append)
+    monkeypatch.setattr("gui.features.live.play", lambda *_: (yield from [frame] * 100))
+    played(qtbot, live, recording, 1000.0)
+    assert 1 <= len(drawn) < 50
+
+
 def test_a_frozen_frame_is_the_one_shown(qtbot, live, recording, frozen):
     played(qtbot, live, recording, 1000.0)
     live.freeze()
@@ -106,6 +119,21 @@ def test_a_camera_is_played_recorded_and_frozen_until_it_is_lost(qtbot, live, tm
     live.freeze()
     qtbot.waitUntil(lambda: "already exists" in live.state.text())
     assert len(frozen) == 1
+
+
+def test_a_frame_that_is_being_frozen_is_written_when_the_window_closes(live, small_frame, monkeypatch, tmp_path):
+    def write(path, frame):
+        time.sleep(0.3)
+        check_cancelled()
+        Path(path).touch()
+
+    path = tmp_path / "frozen"
+    monkeypatch.setattr("gui.features.live.write_frame", write)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    live.shown = SimpleNamespace(completion=SimpleNamespace(frame=small_frame))
+    live.freeze()
+    stop_workers(live)
+    assert path.exists()
 
 
 def test_the_menu_plays_a_recording_a_folder_or_a_camera(qtbot, tmp_path, monkeypatch):
