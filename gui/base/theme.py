@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QColor, QIcon, QPalette
-from PySide6.QtWidgets import QApplication, QToolTip
+from PySide6.QtWidgets import QApplication, QMenuBar, QTabBar, QToolTip
 
 THEMES = ("system", "light", "dark")
 _CHOICE = "ilf_theme"
@@ -132,6 +132,15 @@ def apply_theme(app: QApplication, name: str = "system") -> None:
         framed = QPalette()
         framed.setColor(QPalette.ColorRole.Window, QColor(_LINE).lighter(darker))
         app.setPalette(framed, kind)  # type: ignore[arg-type]
+    QTimer.singleShot(0, app, _renew_bars)
+
+
+def _renew_bars() -> None:
+    """Let tabs and menu bars take the palette's colours in the style sheet anew, once they have the palette."""
+    for widget in QApplication.allWidgets():
+        if isinstance(widget, (QMenuBar, QTabBar)):
+            widget.style().unpolish(widget)
+            widget.style().polish(widget)
 
 
 def follow_system(app: QApplication) -> None:

@@ -107,6 +107,16 @@ def test_what_has_no_room_in_a_narrow_window_is_behind_a_button_or_in_a_menu(ope
         assert not cut or not bar.isVisible() or more.isVisible()
 
 
+def test_the_tab_of_the_point_cloud_comes_back_whole(opened, qtbot):
+    bar = opened.feature(ViewsFeature).bar
+    qtbot.waitUntil(lambda: bar.width() == bar.sizeHint().width())
+    whole = bar.width()
+    for _ in range(2):
+        opened.actions_["cloud_beside"].trigger()
+        QApplication.processEvents()
+    assert bar.width() == bar.sizeHint().width() == whole
+
+
 def _right(widget: QWidget, window) -> int:
     return widget.mapTo(window, widget.rect().topRight()).x()
 

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from PySide6.QtCore import QBuffer, QEventLoop, QIODevice
-from PySide6.QtGui import QFont, QPageSize, QPdfWriter, QTextBlockFormat, QTextCursor, QTextDocument, QTextFormat
+from PySide6.QtCore import QBuffer, QEventLoop, QIODevice, QSizeF
+from PySide6.QtGui import (
+    QFont,
+    QPageSize,
+    QPdfWriter,
+    QTextBlockFormat,
+    QTextCursor,
+    QTextDocument,
+    QTextFormat,
+)
 
 from ilf._runtime.installation import __version__
 from ilf.evaluation.evaluation import Progress
@@ -13,6 +21,8 @@ from ilf.report.report import Report
 from ilf.report.templates import render
 
 _TEXT_PT = 8
+_MARGIN = 2 / 2.54 * 96
+"""Margin that Qt prints with, 2 cm [px of 1/96 inch]."""
 
 
 def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
@@ -35,5 +45,42 @@ def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
     writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
     writer.setTitle(report.title)
     writer.setCreator(f"ILF Studio {__version__}")
+    _keep_headings(document, writer)
     document.print_(writer)
     return bytes(buffer.data().data())
+
+
+def _keep_headings(document: QTextDocument, writer: QPdfWriter) -> None:
+    """Begin a page before each heading and title that a page's end would part from what follows."""
+    printed = document.clone()  # as `print_` lays it out
+    layout = printed.documentLayout()
+    layout.setPaintDevice(writer)
+    margins = printed.rootFrame().frameFormat()
+    margins.setMargin(_MARGIN)
+    printed.rootFrame().setFrameFormat(margins)
+    printed.setPageSize(QSizeF(writer.width(), writer.height()))
+    margin = _MARGIN / 96 * writer.logicalDpiY()
+    block, twin = printed.begin(), document.begin()
+    while block.next().isValid():
+        ends = (layout.blockBoundingRect(each).bottom() + margin for each in (block, block.next()))
+        page, next_page = (int((end - 1) // writer.height()) for end in ends)  # of its last line
+        if block.blockFormat().headingLevel() and page != next_page:
+            _begin_page(QTextCursor(block))
+            _begin_page(QTextCursor(twin))
+        block, twin = block.next(), twin.next()
+
+
+def _begin_page(cursor: QTextCursor) -> None:
+    """Begin a page at a heading; in a table, before the table and its own heading."""
+    breaks = QTextFormat.PageBreakFlag.PageBreak_AlwaysBefore
+    if table := cursor.currentTable():
+        cursor.setPosition(table.firstPosition() - 1)
+        cursor.movePosition(QTextCursor.MoveOperation.PreviousCharacter)
+    if table and not cursor.blockFormat().headingLevel():
+        form = table.format()
+        form.setPageBreakPolicy(breaks)
+        table.setFormat(form)
+    else:
+        heading = cursor.blockFormat()
+        heading.setPageBreakPolicy(breaks)
+        cursor.setBlockFormat(heading)

@@ -74,6 +74,7 @@ class LayoutsFeature(Feature):
     def _fit_header(self) -> None:
         """Show the layouts that there is room for beside the menus and the view controls; in a narrow window, they are
         scrolled to, or in the menu only."""
+        self._view_bar.updateGeometry()  # the corner learns of a tab that came or went in the view bar only later
         menus = self._menu_bar.sizeHint().width() - self._corner.sizeHint().width()
         left = self._menu_bar.width() - menus - _GAP - self._view_bar.sizeHint().width()
         self.bar.setVisible(left >= _LEAST)

@@ -142,10 +142,10 @@ class _CellDelegate(QStyledItemDelegate):
         super().paint(painter, option, index)
         colours, rect = theme.colours(option.palette), option.rect
         painter.setBrush(Qt.BrushStyle.NoBrush)
+        over = index.data(Qt.ItemDataRole.ForegroundRole)
         if index.data(_BEST):
-            painter.setPen(QPen(colours.good, _RING))
+            painter.setPen(QPen(colours.good if over is None else over.color(), _RING))
             painter.drawRect(rect.adjusted(2, 2, -2, -2))
         if index.data(_PRESENT):
-            over = index.data(Qt.ItemDataRole.ForegroundRole)
             painter.setPen(QPen(colours.text if over is None else over.color(), 1.5, Qt.PenStyle.DashLine))
             painter.drawRect(rect.adjusted(5, 5, -5, -5))

@@ -17,10 +17,12 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QMenu,
+    QMenuBar,
     QProgressBar,
     QPushButton,
     QRadioButton,
     QSlider,
+    QTabBar,
     QToolButton,
     QTreeWidget,
     QVBoxLayout,
@@ -233,3 +235,21 @@ def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp, qtbot):
     probe.hide()
     probe.show()
     assert probe.taken == taken + 1
+
+
+@pytest.mark.parametrize("kind", [QTabBar, QMenuBar])
+def test_tabs_and_menus_take_a_theme_chosen_while_they_are_shown(qapp, qtbot, kind):
+    def bar():
+        made = kind()
+        add = made.addTab if kind is QTabBar else made.addAction
+        first, _ = add("One"), add("Two")
+        if kind is QMenuBar:
+            made.setActiveAction(first)
+        return made
+
+    theme.apply_theme(qapp, "light")
+    shown = bar()
+    _drawn(shown, qtbot)
+    theme.apply_theme(qapp, "dark")
+    qapp.processEvents()
+    assert shown.grab().toImage() == _drawn(bar(), qtbot)

@@ -94,3 +94,14 @@ def test_a_click_on_the_grid_takes_the_pair_whose_second_value_rises_upwards(qtb
     picture = grid.viewport().grab().toImage()
     rings = {picture.pixelColor(grid.visualRect(grid.indexAt(at)).topLeft() + QPoint(2, 20)).name() for at in corners}
     assert len(rings) > 1, "a ring around the best"
+
+
+@pytest.mark.parametrize("ground", ["#000004", "#2a0a55", "#fcffa4"])
+def test_the_best_is_seen_on_every_colour_of_an_error(shown, ground):
+    grid = PointCells("Errors")
+    grid.arrange((["1"], ["10"]), QSize(60, 20))
+    grid.show_cells(_cells(["5"], best=[0], colour=QColor(ground)))
+    shown(grid, 300, 200)
+    corner = grid.visualRect(grid.indexAt(_centre(grid, 0))).topLeft()
+    ring = grid.viewport().grab().toImage().pixelColor(corner + QPoint(2, 20))
+    assert abs(ring.lightness() - QColor(ground).lightness()) > 120
