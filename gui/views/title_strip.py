@@ -19,6 +19,7 @@ _BAR_SHARE = 0.38
 """Width of the colour bar, as a share of the strip's."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_MORE = " \N{HORIZONTAL ELLIPSIS}"
 _PLACES = {"missing": 0, "invalid": 1, "unsupported": 3, "measured": 4}
 """Order of entries of the legend, the most needed first; all others have place 2."""
 
@@ -133,15 +134,23 @@ class TitleStrip(QWidget):
         self._paint_legend(painter, QRect(self.title_end, 0, right - self.title_end + 1, self.height()))
 
     def legend_in(self, room: int) -> list[tuple[QBrush, str]]:
-        """Return the entries of the legend, from the left, that fit a width with their words."""
+        """Return the entries of the legend, from the left, that fit a width with their words, and an ellipsis if it is
+        not all of them."""
         shown = list(self._legend)
-        while shown and self._width_of(shown) > room:
+        while shown and self._width_of(shown) + self._more_width(shown) > room:
             shown.pop()
         return shown
 
+    def _more_width(self, shown: list[tuple[QBrush, str]]) -> int:
+        """Width of the ellipsis after the entries that are shown, if they are not all [px]."""
+        return self.fontMetrics().horizontalAdvance(_MORE) if len(shown) < len(self._legend) else 0
+
     def _paint_legend(self, painter: QPainter, room: QRect) -> None:
         shown = self.legend_in(room.width())
-        left = room.right() - self._width_of(shown)
+        more = self._more_width(shown)
+        if 0 < more <= room.width():
+            painter.drawText(room, _RIGHT, _MORE)
+        left = room.right() - more - self._width_of(shown)
         for brush, text in shown:
             swatch = QRect(left + PAD + 2, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH)
             left += self._width_of([(brush, text)])
