@@ -302,13 +302,13 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
 
 def test_output_that_is_not_finite_is_not_applied(frame, blocks, monkeypatch):
     network = load_correction_network()
-    real = network._results
+    real = network._forward
 
     def results(inputs):
         found = real(inputs)
         found[0][..., 0] = np.inf
         return found
 
-    monkeypatch.setattr(network, "_results", results)
+    monkeypatch.setattr(network, "_forward", results)
     notes = ilf.complete(anew(frame), blocks).notes
     assert "Depth is not corrected: correction.onnx returns values that are not finite for this frame." in notes
