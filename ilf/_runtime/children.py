@@ -129,8 +129,8 @@ class Child:
 
     @property
     def has_ended(self) -> bool:
-        """Whether it was ended."""
-        return self._process.returncode is not None
+        """Whether it was ended, or has ended by itself."""
+        return self._process.poll() is not None
 
     def end(self) -> None:
         """End it, whatever it is doing; it removes what it is writing."""
@@ -217,7 +217,8 @@ def _borrowed(waiting: list[Child], *, quiet: bool = False) -> Iterator[Child]:
     """Take one of the children that wait, a quiet one also of those of all files, or start one; it waits again after
     the block, unless it has ended."""
     try:
-        child = (waiting or (_idle if quiet else waiting)).pop()
+        while (child := (waiting or (_idle if quiet else waiting)).pop()).has_ended:
+            child.close()  # it was killed while it waited, as when memory runs out
     except IndexError:
         with told_as(InputError, "No process can be started ({error}). Try again.", OSError):
             child = Child(quiet=quiet)

@@ -46,6 +46,8 @@ _MEANINGS = {
     "o output output-dir outdir out-dir dest destination save": ("--out",),
     "f force overwrite": ("--force", "Files of the same names in --out are replaced without an option."),
     "gt truth": ("--ground-truth",),
+    "mask": ("--invalid-mask",),
+    "borders": ("--drawn",),
     "nodata no-data missing invalid-value ignore fill-value": ("--invalid",),
     "max-depth min-depth depth-max depth-min depth-trunc max-range": ("Mark depth to leave out by --invalid-mask.",),
     "labels segmentation seg masks": ("--blocks", "--from"),

@@ -145,7 +145,7 @@ class BlockTask:
         if not at_jumps or self.frame.guide is not None:
             return depth
         by_colour = depth_at_rims(frame_for(self.frame, self.block, parameters), self.block, self.drawn)
-        changed = np.isfinite(by_colour) & np.isnan(self.raw)
+        changed = np.isfinite(by_colour) & np.isnan(self.raw) & np.isfinite(depth)  # what is left missing stays so
         if self.by_hand is not None:
             changed &= ~self.by_hand.pixels
         return np.where(changed, by_colour, depth)

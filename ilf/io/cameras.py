@@ -145,8 +145,8 @@ def is_numbers(text: str) -> bool:
 def _from_text(text: str) -> Camera:
     with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
         fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
-        width, height = more or (0, 0)
-        return Camera(fx, fy, cx, cy, size=(int(width), int(height)) if more else None)
+        width, height = (int(number) if number.is_integer() else 0 for number in more or (0.0, 0.0))
+        return Camera(fx, fy, cx, cy, size=(width, height) if more else None)
 
 
 def _split(text: str) -> tuple[str, str]:

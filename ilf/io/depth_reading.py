@@ -154,7 +154,7 @@ def interpret_depth(
         whole = "its values are whole numbers from 0 to 255, as of an 8-bit image stored as float"
         raise FormatError(f"{path}: {whole}: give raw depth, or the encoding or units of these values.")
     seen = values[np.isfinite(values) & (values != 0)]
-    if values.dtype.kind in "if" and seen.size and seen.max() < 0:
+    if values.dtype.kind in "if" and seen.size and seen.min() < seen.max() < 0:  # a single value marks missing depth
         told = f"{path}: all values are negative, as where a camera looks along -z (Isaac Gym)"
         raise FormatError(f"{told}: store them with the other sign.")
     with told_as(FormatError, f"{path}: {{error}}", FormatError):

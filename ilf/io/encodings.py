@@ -133,7 +133,11 @@ def _fixed(name: str, units: float, decode: _Decoder | None) -> DepthEncoding:
 
 def _of_floats(values: NDArray[Any]) -> NDArray[np.float32]:
     """Depth [m] in single precision, whose bits are those of four channels."""
-    return np.ascontiguousarray(values, np.uint32).view(np.float32)
+    if values.dtype != np.uint32:
+        raise FormatError(
+            f"This depth encoding applies to four channels of 8 bits, not to {values.dtype}. Give another."
+        )
+    return np.ascontiguousarray(values).view(np.float32)
 
 
 _FLOATS = "metres, the bits of floats in four channels, lowest in blue (TartanAir V2)"

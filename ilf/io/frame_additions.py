@@ -403,9 +403,9 @@ _FEWEST_MISSING = 100
 def confidence_doubt(confidence: NDArray[Any], least: float, depth: NDArray[np.floating]) -> str:
     """Describe why a minimum confidence is likely of another scale than the map of depth, or why larger values seem to
     be less sure, as ZED's are (github.com/leggedrobotics/grand_tour_dataset/issues/24); "" if all is well."""
-    known = np.isfinite(depth)
-    if known.any() and np.count_nonzero(~known) >= _FEWEST_MISSING:
-        where_known, where_missing = (float(np.nanmedian(confidence[where])) for where in (known, ~known))
+    stated, known = np.isfinite(confidence), np.isfinite(depth)
+    if (stated & known).any() and np.count_nonzero(stated & ~known) >= _FEWEST_MISSING:
+        where_known, where_missing = (float(np.median(confidence[stated & where])) for where in (known, ~known))
         if where_missing > where_known:
             return (
                 f"Confidence is mostly {where_missing:g} where depth is missing, and {where_known:g} where it is "

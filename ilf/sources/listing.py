@@ -301,7 +301,7 @@ def _by_layout(
         notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
     if others := ", ".join(other.text for other, listed in tried if listed.frames):
         notes.append(f"Read by the layout {layout.text}. Other layouts fit, too: {others}.")
-    is_registered = layout.registered and not layout.depth_K
+    is_registered = layout.registered and layout.depth_K in {"", layout.K}
     return Listing(tuple(sources), tuple(notes), _times(sources), is_registered, layout.text)
 
 

@@ -152,8 +152,8 @@ def time_of(name: str) -> float | None:
     (1305031102.175304, 1305031102.175, None)
     >>> time_of("1305031102_175304.png"), time_of("12.033.png")
     (1305031102.175304, 12.033)
-    >>> round(time_of("0000002-000000033369.jpg"), 6)
-    0.033369
+    >>> time_of("0000002-000000500000.jpg")
+    0.5
     """
     found = _TIME.fullmatch(os.path.splitext(os.path.basename(name))[0])
     if found is None:

@@ -264,8 +264,8 @@ def _cameras(
         return Cameras.registered(camera), (*notes, *doubts), notes if camera is None else doubts
     camera, notes = frame_camera(options.intrinsics, shape)
     depth_camera, depth_notes = frame_camera(options.depth_intrinsics, depth_shape)
-    of_colour, of_depth = (np.asarray(one, object) for one in (options.intrinsics, options.depth_intrinsics))
-    if camera is not None and np.array_equal(of_colour, of_depth):  # one camera, that of colour, as of a phone
+    is_one = repr(options.intrinsics) == repr(options.depth_intrinsics)  # a mapping may contain arrays
+    if camera is not None and is_one:  # that of colour, as of a phone
         depth_camera, depth_notes = fitted(replace(camera, size=(shape[1], shape[0])), depth_shape), ()
     if depth_camera is None or (camera is None and notes):
         raise InputError((depth_notes if depth_camera is None else notes)[0])

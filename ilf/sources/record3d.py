@@ -33,10 +33,10 @@ class _Metadata(msgspec.Struct):
     h: _Pixels
     dw: _Pixels
     dh: _Pixels
-    K: list[float] = []
-    perFrameIntrinsicCoeffs: list[list[float]] = []
-    poses: list[list[float]] = []
-    frameTimestamps: list[float] = []
+    K: list[float] | None = None
+    perFrameIntrinsicCoeffs: list[list[float] | None] | None = None
+    poses: list[list[float] | None] | None = None
+    frameTimestamps: list[float | None] | None = None
 
 
 class Record3D(Recording):
@@ -81,21 +81,24 @@ class Record3D(Recording):
         jpeg, stated = self._jpeg(key), self._metadata
         header = image_header(jpeg, jpeg.data.tobytes())
         with told_as(FormatError, f"{self.path}: the camera of frame {key} is invalid ({{error}})", InputError):
-            numbers = self._entry("perFrameIntrinsicCoeffs", key)
-            if numbers is None and len(stated.K) != 9:
+            matrix = stated.K or []
+            numbers = self._entry("perFrameIntrinsicCoeffs", key) or [
+                matrix[at] for at in (0, 4, 6, 7) if at < len(matrix)
+            ]
+            if len(numbers) != 4:
                 raise FormatError("its metadata have no K of nine numbers")
-            fx, fy, cx, cy = numbers or [stated.K[at] for at in (0, 4, 6, 7)]
+            fx, fy, cx, cy = numbers
             camera = Camera(fx, fy, cx, cy, size=(stated.w, stated.h))
             return Cameras.of_one_view(fitted(camera, (header.height, header.width)), (stated.dw, stated.dh))
 
     def pose(self, key: str) -> NDArray[np.float64] | None:
         numbers = self._entry("poses", key)
-        found = None if numbers is None else posed(numbers[:4], numbers[4:])
+        found = posed(numbers[:4], numbers[4:]) if numbers is not None and len(numbers) == 7 else None
         return None if found is None else found @ OPENGL_AXES
 
     def _entry(self, name: str, key: str) -> Any:
         """The entry for a frame in a list of the metadata; None if there is none."""
-        values, number = getattr(self._metadata, name), self.at(key)
+        values, number = getattr(self._metadata, name) or (), self.at(key)
         return values[number] if number < len(values) else None
 
     def _jpeg(self, key: str) -> FileContent:

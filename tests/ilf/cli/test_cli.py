@@ -489,6 +489,8 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("presets", "`ilf info --presets` lists the presets."),
         ("export out", "`ilf project export` writes results for other programs."),
         ("--verson", "There is no option --verson. Did you mean --version? See ilf --help."),
+        ("complete --mask a.png", "There is no option --mask. Did you mean --invalid-mask? See ilf complete --help."),
+        ("complete --borders a.png", "There is no option --borders. Did you mean --drawn? See ilf complete --help."),
         ("--completion", "--completion: expected one argument"),
         ("project nwe", "There is no action 'nwe'. Did you mean new? See ilf project --help."),
         ("project new x.ilf in --emb", "There is no option --emb. Did you mean --embed?"),

@@ -1,5 +1,7 @@
 """Rims of gaps at jumps: depth is that of the side that colour says; all else is the filter's."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -100,3 +102,10 @@ def test_depth_by_hand_stays():
     completed, filtered = both(frame, blocks)
     assert completed[24, 32] == pytest.approx(filtered[24, 32], rel=1e-6)
     assert completed[23, 32] != pytest.approx(filtered[23, 32], rel=1e-3)
+
+
+def test_pixels_outside_the_depth_cameras_view_stay_missing():
+    frame, outside = frame_of(STEP, THIN), np.zeros(SHAPE, bool)
+    outside[:10, THIN] = True
+    completed = ilf.complete(replace(frame, outside_view=outside), ONE).depth
+    assert np.array_equal(np.isnan(completed), outside)

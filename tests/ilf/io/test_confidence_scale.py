@@ -76,6 +76,15 @@ def test_a_map_whose_larger_values_are_less_sure_is_doubted(sure, tmp_path, cli)
     assert ("less sure" in cli("info", *files, "--min-confidence", 1).out) == (sure == 1)
 
 
+def test_a_map_without_values_where_depth_is_missing_is_not_doubted(tmp_path):
+    depth = np.full((20, 30), 2000, np.uint16)
+    depth[:, :8] = 0
+    files = save(tmp_path, "depth.png", "confidence.npy", np.where(depth > 0, 2, np.nan))
+    Image.fromarray(depth).save(files[1])
+    Image.fromarray(np.zeros((20, 30, 3), np.uint8)).save(files[0])
+    assert not ilf.load_frame(*files, min_confidence=1).plausibility_warnings  # nor does numpy warn
+
+
 @pytest.mark.parametrize("least", [1, 2])
 def test_a_map_of_two_values_is_not_doubted(least, tmp_path):
     files = save(tmp_path, "depth.png", "confidence.png", (255 * (LEVELS > 1)).astype(np.uint8))

@@ -137,6 +137,13 @@ def test_depth_along_the_negative_axis_is_told(save):
         values = np.where(KNOWN, MM / -1000, nothing).astype(np.float32)
         with pytest.raises(FormatError, match=r"negative.*the other sign"):
             ilf.load_frame(*save(values, "depth.npy"))
+    with pytest.raises(InputError, match="no known pixel"):  # -1 marks missing depth
+        ilf.load_frame(*save(np.full((H, W), -1, np.float32), "depth.npy"))
+
+
+def test_bits_of_floats_are_not_those_of_floats():
+    with pytest.raises(FormatError, match="four channels of 8 bits, not to float32"):
+        encoding_of("float32").metres(np.ones((H, W), np.float32))
 
 
 def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):

@@ -50,6 +50,14 @@ def test_what_ends_a_child_is_told():
             run_in_child(exhaust, file="a.file", memory=2**30)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_a_child_that_was_killed_while_it_waited_is_replaced():
+    """As by a system without memory."""
+    os.kill(run_in_child(os.getpid, file="a.file"), signal.SIGKILL)
+    time.sleep(0.3)
+    assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
+
+
 def tensor(external: bytes) -> bytes:
     """One of two numbers."""
     return number(1, 2) + number(2, 1) + message(8, "w") + external

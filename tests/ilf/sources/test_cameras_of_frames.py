@@ -75,6 +75,21 @@ def test_relative_numbers_are_not_scaled_to_the_image(files, tmp_path):
         ilf.load_frame(*files, intrinsics=str(tmp_path / "camera.json"))
 
 
+@pytest.mark.parametrize("size", ["1e999,120", "160.5,120", "-160,120"])
+def test_an_impossible_size_behind_the_numbers_is_told(files, size):
+    with pytest.raises(InputError, match="width and a height in pixels"):
+        ilf.load_frame(*files, intrinsics=f"131,131,79.5,59.5,{size}")
+
+
+def test_two_cameras_may_be_mappings_with_matrices(files, tmp_path):
+    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
+    colour, depth = (
+        np.array([[f, 0, cx], [0, f, cy], [0, 0, 1]]) for f, cx, cy in ((131, 79.5, 59.5), (65, 39.5, 29.5))
+    )
+    frame = ilf.load_frame(*files, intrinsics={"K": colour}, depth_intrinsics={"K": depth})
+    assert frame.intrinsics.fx == 131
+
+
 def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
     (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
     with pytest.warns(DepthWarning, match=f"Depth camera: {CAMERA_DOUBT}.*160 x 120"):

@@ -650,6 +650,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path):
     _transforms(tmp_path, depth=False)
     source = ilf.open_source(tmp_path)
     assert source.layout.startswith("nerfstudio")
+    assert source.is_registered  # one camera is stated for both
     assert np.allclose(source[1].pose, _poses(2)[1])
     assert source[1].intrinsics.cx == 31.5, "its pixels are counted from a corner"
     data = json.loads((tmp_path / "transforms.json").read_text()) | {"depth_unit_scale_factor": 0.0005}

@@ -196,6 +196,17 @@ def replaced(path: Path, name: str, content: bytes) -> Path:
     return path
 
 
+@pytest.mark.parametrize("nothing", [None, [None], [[]], [[1.0]]])
+def test_record3d_without_poses_and_cameras_of_frames(tmp_path, nothing):
+    path = write_record3d(tmp_path / "a.r3d")
+    with zipfile.ZipFile(path) as archive:
+        metadata = json.loads(archive.read("metadata"))
+    metadata |= {"poses": nothing and nothing * COUNT, "frameTimestamps": None, "perFrameIntrinsicCoeffs": None}
+    frame = ilf.open_source(replaced(path, "metadata", json.dumps(metadata).encode())).read("1")
+    assert frame.pose is None
+    assert frame.intrinsics is not None
+
+
 def changed(path: Path, pattern: str, change: Callable[[bytes], bytes | None]) -> Path:
     """A recording with the content of some of its files changed, or without them."""
     for file in list(path.glob(pattern)) if path.is_dir() else [path]:
