@@ -35,6 +35,13 @@ _RIM = 2.9
 _JUMP, _REACH = 1.12, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (11, 11))
 """Ratio of the farthest surface around a pixel to the nearest above which there is a jump, and where that is."""
 
+_STEP = 1.06
+"""Minimum ratio of one depth of the surfaces around to the next smaller one: on a slope, smaller steps follow each
+other."""
+
+_AT_A_TIME = 1 << 16
+"""Maximum number of pixels whose surroundings are sorted at a time."""
+
 _BESIDE = 3
 _AROUND = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _BESIDE + 1] * 2)
 """Pixels around those of a rim that are solved for, too: missing ones, and known ones, which wrong samples may be."""
@@ -109,5 +116,20 @@ def _rims(frame: RGBDFrame) -> Mask:
         farthest = cv2.dilate(np.where(surfaces, depth, np.float32(0)), _REACH)
         nearness = cv2.dilate(np.divide(1, depth, out=np.zeros_like(depth), where=surfaces), _REACH)
         beside = cv2.distanceTransform((~surfaces).view(np.uint8), cv2.DIST_L2, 5) <= _RIM
-        found[rows] = (~known & beside & (farthest * nearness > _JUMP))[inner]
+        rims = ~known & beside & (farthest * nearness > _JUMP)
+        rims[rims] = _have_steps(np.where(surfaces, depth, np.float32(np.nan)), np.argwhere(rims))
+        found[rows] = rims[inner]
+    return found
+
+
+def _have_steps(depth: Array, places: NDArray[np.intp]) -> Mask:
+    """Whether depth around each place, NaN = no surface, has a step."""
+    reach = len(_REACH) // 2
+    padded = cv2.copyMakeBorder(depth, reach, reach, reach, reach, cv2.BORDER_REPLICATE)
+    row = padded.shape[1], 1
+    around, at, found = np.argwhere(_REACH) @ row, places @ row, np.empty(len(places), bool)
+    for first in range(0, len(at), _AT_A_TIME):
+        part = slice(first, first + _AT_A_TIME)
+        ordered = np.sort(padded.ravel()[at[part] + around[:, np.newaxis]], axis=0)  # NaN last
+        found[part] = (ordered[1:] > np.float32(_STEP) * ordered[:-1]).any(axis=0)
     return found

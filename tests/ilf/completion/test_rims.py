@@ -78,10 +78,11 @@ def test_a_large_frame_in_strips_has_the_same_depth():
     [
         (STEP, np.random.default_rng(0).random(SHAPE) > 0.43, {}),
         (1 + 0.012 * COLUMNS, THIN, {}),
+        (1.02**COLUMNS, slice(24, 40), {}),
         (STEP, THIN, {"mode": "fill+denoise"}),
         (STEP, THIN, {"jump_share": 0.0}),
     ],
-    ids=["scattered samples", "slope", "denoising", "jumps off"],
+    ids=["scattered samples", "slope", "steep slope", "denoising", "jumps off"],
 )
 def test_elsewhere_it_is_the_filters(depth, missing, changes):
     completed, filtered = both(frame_of(depth, missing), **changes)
