@@ -46,6 +46,8 @@ class FramesFeature(Panel):
 
     _wanted: Entry | None = None
     """The frame that is being opened; *Next frame* continues from it."""
+    _left: Entry | None = None
+    """The frame that was shown then."""
     _played: Entry | None = None
     """The frame shown by playing, while none is open."""
 
@@ -136,14 +138,15 @@ class FramesFeature(Panel):
         return self._played or self.context.workspace.current_entry
 
     def _forget_wanted(self) -> None:
-        self._wanted = None
+        if self._present() is not self._left:  # else this tells of the turn before
+            self._wanted = None
 
     # navigation
 
     def open(self, entry: Entry) -> None:
         """Show a frame of the list."""
         if entry is not self._present():
-            self._wanted = entry
+            self._wanted, self._left = entry, self._present()
         self.context.loader.open_entry(entry)
 
     def turn(self, steps: int) -> None:
