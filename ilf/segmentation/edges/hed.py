@@ -57,7 +57,7 @@ _OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
 
 
 def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
-    """Read the layers with weights, by name.
+    """Read the convolutions, by name.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
             for layer, name_in_layer, blobs_in_layer in _VERSIONS:
                 if number == layer and isinstance(value, memoryview):
                     blobs = [_blob(blob) for blob in wire.messages(value, blobs_in_layer)]
-                    if blobs:
+                    if blobs and blobs[0].ndim == 4:
                         name = wire.text(value, name_in_layer)
                         layers[_ALIASES.get(name, name)] = _layer(blobs)
     return layers

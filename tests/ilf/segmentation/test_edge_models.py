@@ -193,6 +193,11 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
         lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": hed_weights(False)["conv3_2"]}, False),
         "no weights of HED: its layers do not fit",
     ),
+    "flat weights": (
+        "a.caffemodel",
+        lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": (np.ones(12), np.ones(4))}, False),
+        "the layer conv2_1 is missing",
+    ),
     "two inputs": ("a.onnx", with_two_inputs, "has 2 inputs, not one image"),
     "fixed size": (
         "a.onnx",
