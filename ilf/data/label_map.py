@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import check_shape, plain_array
 from ..errors import InputError
 from .frame import checked_mask
+from .pixel_grids import nearest_values
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
@@ -143,3 +144,27 @@ def find_blocks(labels: NDArray[np.int32], only: Collection[int] | None = None) 
     boxes = {label: (box[0], box[1]) for label, box in zip(present, found, strict=False) if box is not None}
     wanted = boxes if only is None else (only if isinstance(only, Sequence) else sorted(only))
     return {label: Block(label, boxes[label], labels[boxes[label]] == label) for label in wanted if label in boxes}
+
+
+def nearest_of_block(labels: NDArray[np.int32], there: NDArray[np.bool_], mask_size: int = 5) -> NDArray[np.intp]:
+    """Find for every pixel the nearest pixel of a mask in the same block.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    there : ndarray of bool, shape (H, W)
+    mask_size : {3, 5}
+        As for `ilf.data.pixel_grids.nearest_values`.
+
+    Returns
+    -------
+    ndarray of intp, shape (H, W)
+        Its flat index; -1 outside the mask where a block has no pixel of it, or there is no block.
+    """
+    own = np.arange(labels.size).reshape(labels.shape)
+    nearest = np.where(there, own, -1)
+    for block in find_blocks(labels).values():
+        here = block.mask & there[block.box]
+        if here.any() and (block.mask & ~here).any():
+            nearest[block.box][block.mask] = nearest_values(own[block.box], here, mask_size)[1][block.mask]
+    return nearest

@@ -249,6 +249,40 @@ def long_lines(pairs: Pairs, length: int) -> Pairs:
     return pairs[0] & long[:, :-1], pairs[1] & long[:-1]
 
 
+def spread(values: NDArray[Scalar], waiting: NDArray[np.bool_], passages: Pairs, rounds: int) -> NDArray[Scalar]:
+    """Give pixels the value of the nearest pixel that has one, going from neighbour to neighbour.
+
+    Parameters
+    ----------
+    values : (H, W)
+        0 for none.
+    waiting : (H, W) bool
+        The pixels that get a value, which is 0 before.
+    passages : Pairs
+        The neighbours between which values pass.
+    rounds : int
+        How many pixels a value goes at most.
+
+    Returns
+    -------
+    (H, W)
+        0 where a waiting pixel was not reached.
+    """
+    # nothing passes the sides of the image, so that it does not matter which pixel is taken for a neighbour there
+    across, down = np.pad(passages[0], ((0, 0), (0, 1))).ravel(), np.pad(passages[1], ((0, 1), (0, 0))).ravel()
+    found, left = values.flatten(), np.flatnonzero(waiting)
+    for _ in range(rounds):
+        here = np.zeros(left.size, values.dtype)
+        for way, step in ((across, 1), (down, values.shape[1])):
+            for neighbour, passage in ((left - step, way[left - step]), (left + step, way[left])):
+                here = np.where((here == 0) & passage, found.take(neighbour, mode="wrap"), here)
+        if not here.any():
+            break
+        found[left] = here
+        left = left[here == 0]
+    return found.reshape(values.shape)
+
+
 # Halving and doubling the grid of an image.
 
 

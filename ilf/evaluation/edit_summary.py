@@ -90,11 +90,9 @@ def summarise_edit(
     if patch is not None:
         changed[patch.box] = patch.before != patch.after
     concerned = slice(None) if patch is None else changed
-    moved = int(np.count_nonzero(changed))
-    touched = {*np.unique([run.blocks.labels[concerned] for run in (before, after)]).tolist()} - {0}
     runs = before, after
-    filled, expected = _filled_and_expected(runs, completed, touched)
-    effect = EditSummary(moved, filled, expected, by_ground_truth=_by_ground_truth(runs, completed, touched))
+    touched = {*np.unique([run.blocks.labels[concerned] for run in runs]).tolist()} - {0}
+    effect = replace(_at_filled_pixels(runs, completed, touched), moved=int(np.count_nonzero(changed)))
     if patch is None:
         return effect
     hidden = _near(changed) & after.frame.own
@@ -127,45 +125,39 @@ def _errors(runs: tuple[Run, Run], hidden: NDArray[np.bool_]) -> list[NDArray[np
     return [run.complete(threads=1).depth[hidden] - ground_truth for run in alone]
 
 
-def _filled_and_expected(
+def _at_filled_pixels(
     runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
-) -> tuple[tuple[int, int] | None, tuple[float, float] | None]:
-    there, done = _pixels_of(touched, runs), []
-    for run, completion in zip(runs, completed, strict=True):
-        if completion is None or not _matches_blocks(run, completion, touched):
-            return None, None
-        done.append(completion)
-    first, second = (there & completion.filled_by_blocks for completion in done)
-    filled = int(np.count_nonzero(first)), int(np.count_nonzero(second))
+) -> EditSummary:
+    """What the affected blocks have filled, its expected error and, with ground truth, its error; blocks without
+    results are only completed for the latter."""
+    done = [
+        one if one is not None and _matches_blocks(run, one, touched) else None
+        for run, one in zip(runs, completed, strict=True)
+    ]
+    ground_truth, effect = runs[0].frame.ground_truth, EditSummary(0)
+    was_run = all(one is not None for one in done)
+    if ground_truth is None and not was_run:
+        return effect
+    pair = [_completed(run, touched) if one is None else one for run, one in zip(runs, done, strict=True)]
+    there = np.isin([run.blocks.labels for run in runs], [*touched]).any(axis=0)
+    first, second = (there & one.filled_by_blocks for one in pair)
     both = first & second
-    if np.count_nonzero(both) < _FEWEST:
-        return filled, None
-    one, other = (summarised(expected_error(completion)[both]).rms for completion in done)
-    return filled, (one, other)
+    if was_run:
+        effect = replace(effect, filled=(int(np.count_nonzero(first)), int(np.count_nonzero(second))))
+        if np.count_nonzero(both) >= _FEWEST:
+            before, after = (summarised(expected_error(one)[both]).rms for one in pair)
+            effect = replace(effect, expected=(before, after))
+    if ground_truth is not None:
+        both &= np.isfinite(ground_truth)
+        if np.count_nonzero(both) >= _FEWEST:
+            before, after = (_rms(one.depth[both] - ground_truth[both]) for one in pair)
+            effect = replace(effect, by_ground_truth=(before, after))
+    return effect
 
 
-def _by_ground_truth(
-    runs: tuple[Run, Run], completed: tuple[Completion | None, Completion | None], touched: set[int]
-) -> tuple[float, float] | None:
-    """Root mean square errors of the pixels that the affected blocks fill in both runs; completed here if needed."""
-    ground_truth = runs[0].frame.ground_truth
-    if ground_truth is None:
-        return None
-    both, errors = np.isfinite(ground_truth) & _pixels_of(touched, runs), []
-    for run, done in zip(runs, completed, strict=True):
-        if done is None or not _matches_blocks(run, done, touched):
-            there = frozenset(touched & set(np.unique(run.blocks.labels).tolist()))
-            done = replace(run, only=there, extrapolate=False).complete(threads=1)
-        both &= done.filled_by_blocks
-        errors.append(done.depth - ground_truth)
-    if np.count_nonzero(both) < _FEWEST:
-        return None
-    return _rms(errors[0][both]), _rms(errors[1][both])
-
-
-def _pixels_of(touched: set[int], runs: tuple[Run, Run]) -> NDArray[np.bool_]:
-    """Pixels of these blocks in either run."""
-    return np.isin(runs[0].blocks.labels, list(touched)) | np.isin(runs[1].blocks.labels, list(touched))
+def _completed(run: Run, touched: set[int]) -> Completion:
+    there = frozenset(touched & set(np.unique(run.blocks.labels).tolist()))
+    return replace(run, only=there, extrapolate=False).complete(threads=1)
 
 
 def _matches_blocks(run: Run, completion: Completion, touched: set[int]) -> bool:

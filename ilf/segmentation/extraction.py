@@ -17,7 +17,7 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
-from ..data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark
+from ..data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark, spread
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .edges.relief import JUMP_LENGTH, Relief
@@ -241,20 +241,9 @@ def snap_to_jumps(regions: NDArray[np.int32], jumps: Pairs) -> NDArray[np.int32]
     if not inner.any():
         return regions
     band = distance_to(inner) <= _SNAP_DISTANCE
-    old, grown = regions.ravel(), np.where(band, 0, regions).ravel()
-    # nothing passes the sides of the image, so that it does not matter which pixel is taken for a neighbour there
-    free = np.pad(~jumps[0], ((0, 0), (0, 1))).ravel(), np.pad(~jumps[1], ((0, 1), (0, 0))).ravel()
-    width = regions.shape[1]
-    waiting = np.flatnonzero(band & (regions > 0))
-    for _ in range(2 * _SNAP_DISTANCE):
-        found = np.zeros(waiting.size, grown.dtype)
-        for way, step in zip((free[0], free[1]), (1, width), strict=True):
-            for neighbour, passage in ((waiting - step, way[waiting - step]), (waiting + step, way[waiting])):
-                found = np.where((found == 0) & passage, grown.take(neighbour, mode="wrap"), found)
-        grown[waiting] = found
-        waiting = waiting[found == 0]
-    grown[waiting] = old[waiting]
-    return grown.reshape(regions.shape)
+    passages = ~jumps[0], ~jumps[1]
+    grown = spread(np.where(band, 0, regions), band & (regions > 0), passages, 2 * _SNAP_DISTANCE)
+    return np.where(grown > 0, grown, regions)
 
 
 def cut_at_jumps(regions: NDArray[np.int32], guide: NDArray[np.float32], relief: Relief) -> NDArray[np.int32]:

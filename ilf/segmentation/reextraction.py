@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import Counter
 from collections.abc import Collection
 
 import numpy as np
@@ -11,7 +10,9 @@ from numpy.typing import NDArray
 
 from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
-from ..data.pixel_grids import connected_regions, sides
+from ..data.pixel_grids import connected_regions
+from .editing.cleaning import given_to_neighbours
+from .merging import numbered
 
 Labels = NDArray[np.int32]
 
@@ -69,63 +70,23 @@ def fill_around(present: Labels, kept: Collection[int], fresh: Labels, smallest:
     stays = np.isin(present, list(kept))
     left = np.where(stays, 0, fresh)
     parts = connected_regions(left)
-    count = int(parts.max()) + 1
-    sizes = np.bincount(parts.ravel(), minlength=count)
-    origin = np.zeros(count, np.int32)
+    sizes = np.bincount(parts.ravel())
+    origin = np.zeros(sizes.size, np.int32)
     origin[parts] = left
     slivers = (sizes < smallest) & np.isin(origin, np.unique(fresh[stays]))
     slivers[0] = False
-    groups = _join(slivers, *_borders(parts, count))
-    sizes = np.bincount(groups, weights=sizes, minlength=count)
-    sizes[0] = 0
-    order = np.argsort(-sizes, kind="stable")[: np.count_nonzero(sizes)]
-    numbers = np.zeros(count, np.int32)
-    numbers[order] = [*itertools.islice(_free_numbers(kept), len(order))]
-    return np.where(stays, present, numbers[groups][parts])
+    while True:  # slivers that touch only slivers are merged in a later round
+        joined = given_to_neighbours(parts, parts, slivers, locked=[0])
+        if np.array_equal(joined, parts):
+            break
+        parts = joined
+    blocks = numbered(np.where(slivers[parts], 0, parts))
+    numbers = np.array([0, *itertools.islice(_free_numbers(kept), int(blocks.max()))], np.int32)
+    return np.where(stays, present, numbers[blocks])
 
 
 def _free_numbers(taken: Collection[int]) -> itertools.filterfalse[int]:
     return itertools.filterfalse(frozenset(taken).__contains__, itertools.count(1))
-
-
-def _borders(parts: NDArray[np.integer], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of adjacent parts, (n, 2), the lower number first, and their border lengths in pixel pairs, (n,)."""
-    found = []
-    for one, other in sides(parts):
-        across = (one != other) & (one > 0) & (other > 0)
-        pair = one[across].astype(np.int64), other[across].astype(np.int64)
-        found.append(np.minimum(*pair) * count + np.maximum(*pair))
-    pairs, lengths = np.unique(np.concatenate(found), return_counts=True)
-    return np.column_stack((pairs // count, pairs % count)), lengths
-
-
-def _join(slivers: NDArray[np.bool_], pairs: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.intp]:
-    """Part -> the part that it is merged into: itself, a neighbour if it is a sliver, 0 if there is none."""
-    neighbours: dict[int, dict[int, int]] = {int(sliver): {} for sliver in np.flatnonzero(slivers)}
-    for (one, other), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
-        for part, neighbour in ((one, other), (other, one)):
-            if part in neighbours:
-                neighbours[part][neighbour] = length
-    groups = np.arange(slivers.size)
-    while True:
-        # slivers that touch only slivers are merged in a later round
-        homes = {sliver: _longest_border(around, neighbours, groups) for sliver, around in neighbours.items()}
-        found = {sliver: home for sliver, home in homes.items() if home}
-        if not found:
-            groups[[*neighbours]] = 0
-            return groups
-        for sliver, home in found.items():
-            groups[sliver] = home
-            del neighbours[sliver]
-
-
-def _longest_border(around: dict[int, int], unassigned: Collection[int], groups: NDArray[np.intp]) -> int:
-    """The group with the longest share of a border; 0 if all its neighbours are parts without a group."""
-    lengths: Counter[int] = Counter()
-    for part, length in around.items():
-        if part not in unassigned:
-            lengths[int(groups[part])] += length
-    return max(lengths, key=lengths.__getitem__, default=0)
 
 
 # Filling the gaps of label maps that do not cover the frame, such as those of other programs.

@@ -259,9 +259,8 @@ def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[
         label, other = int(labels[number]), int(main_beyond[number])
         down, along = boxes[number - 1]
         box = down, along
-        rows, columns = np.nonzero(parts[box] == number)
-        group = Group(label, box, rows + down.start, columns + along.start, float(harm[number]))
-        reason = _island_reason(kind, label, rows.size, other, bool(stray[number]))
+        group = Group.of(label, box, parts[box] == number, float(harm[number]))
+        reason = _island_reason(kind, label, group.rows.size, other, bool(stray[number]))
         # for a hole, the block around it is selected
         yield Place(kind, box, tuple(one for one in (label, other) if one), group.point, group.harm, reason)
 

@@ -15,8 +15,8 @@ from scipy.ndimage import find_objects
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, find_blocks
-from ...data.pixel_grids import connected_regions, different_labels, mark, nearest_values
+from ...data.label_map import Box, nearest_of_block
+from ...data.pixel_grids import connected_regions, different_labels, mark
 from ...segmentation.edges.relief import Relief, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
@@ -52,7 +52,7 @@ class CheckInput:
         Jumps and bends of the known depth.
     inner : ndarray of bool
         Pixels of blocks farther than `RIM` from any border.
-    source : ndarray of int64
+    source : ndarray of intp
         Flat index of the nearest known pixel of the same block; -1 for a block without any, and outside of blocks.
     pieces : ndarray of int32
         Connected pieces of a block's known depth without a jump; 0 elsewhere.
@@ -65,7 +65,7 @@ class CheckInput:
     depth: NDArray[np.float32]
     relief: Relief
     inner: NDArray[np.bool_]
-    source: NDArray[np.int64]
+    source: NDArray[np.intp]
     pieces: NDArray[np.int32]
     planes: NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
         depth,
         relief,
         inner,
-        _sources(labels, sure),
+        nearest_of_block(labels, sure, 3),
         np.where(sure, pieces, 0),
         _planes(depth, pieces, sure, int(pieces.max()) + 1),
     )
@@ -127,18 +127,6 @@ def _sure(
     has_deep = np.zeros(int(labels.max()) + 1, bool)
     has_deep[labels[known & deep[pieces]]] = True
     return known & (deep[pieces] | ~has_deep[labels])
-
-
-def _sources(labels: NDArray[np.int32], sure: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Flat index of the nearest known pixel of the same block for every pixel; -1 for none."""
-    source = np.full(labels.shape, -1, np.int64)
-    index = np.arange(labels.size).reshape(labels.shape)
-    for block in find_blocks(labels).values():
-        known = sure[block.box] & block.mask
-        if not known.any():
-            continue
-        source[block.box][block.mask] = nearest_values(index[block.box], known, 3)[1][block.mask]
-    return source
 
 
 def _planes(
@@ -308,6 +296,12 @@ class Group:
     columns: NDArray[np.int64]
     harm: float
 
+    @classmethod
+    def of(cls, label: int, box: Box, inside: NDArray[np.bool_], harm: float) -> Group:
+        """The pixels of a box that a mask of its size marks."""
+        rows, columns = np.nonzero(inside)
+        return cls(label, box, rows + box[0].start, columns + box[1].start, harm)
+
     @property
     def point(self) -> tuple[float, float]:
         """The centre (x, y) of the pixel nearest to the median of all."""
@@ -341,6 +335,5 @@ def largest_groups(numbers: NDArray[np.int32], harm: NDArray[Any], labels: NDArr
         box = boxes[number]
         if box is None or harm[number + 1] <= 0:
             continue
-        rows, columns = np.nonzero(numbers[box] == number + 1)
-        rows, columns = rows + box[0].start, columns + box[1].start
-        yield Group(int(labels[rows[0], columns[0]]), box, rows, columns, float(harm[number + 1]))
+        inside = numbers[box] == number + 1
+        yield Group.of(int(labels[box][inside][0]), box, inside, float(harm[number + 1]))

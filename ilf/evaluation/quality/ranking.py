@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
-from ...data.label_map import Block, checked_labels, find_blocks
+from ...data.label_map import checked_labels, find_blocks
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
-from .places import Place, make_check_input
+from .places import Group, Place, make_check_input
 
 MIN_SCORE = 1.0
 """Minimum score of a place to check: ten pixels with an error of ten centimetres."""
@@ -119,12 +119,6 @@ def propagated_places(labels: NDArray[np.int32], reasons: Mapping[int, str]) -> 
         reason = reasons[block.label]
         why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
         text = f"Block {block.label} was propagated: {why}"
-        places.append(Place("propagated", block.box, (block.label,), _middle(block), math.inf, text))
+        group = Group.of(block.label, block.box, block.mask, math.inf)
+        places.append(Place("propagated", block.box, (block.label,), group.point, group.harm, text))
     return places
-
-
-def _middle(block: Block) -> tuple[float, float]:
-    """The centre of the block's pixel nearest to its mean."""
-    rows, columns = np.nonzero(block.mask)
-    nearest = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
-    return float(columns[nearest] + block.box[1].start + 0.5), float(rows[nearest] + block.box[0].start + 0.5)

@@ -12,7 +12,7 @@ from ..._runtime.arrays import check_shape
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError
-from .detectors import LONGEST_SIDE, check_image
+from .detectors import at_scales, check_image, within_range
 
 Array = NDArray[np.float32]
 
@@ -138,36 +138,23 @@ class DepthEdgeNetwork(OnnxNetwork):
             If the image is not of this shape and type, has no pixels, or the depth has another shape.
         """
         check_image(rgb)
-        height, width = rgb.shape[:2]
-        check_shape("Depth", depth.shape, (height, width), "the image")
-        full = min(1.0, LONGEST_SIDE / max(height, width))
-        found = [self._at_scale(rgb, depth, full * scale) for scale in SCALES]
-        jump, crease = np.clip(np.mean(found, axis=0), 0, 1)
+        check_shape("Depth", depth.shape, rgb.shape[:2], "the image")
+        jump, crease = at_scales(rgb, SCALES, lambda image: self._predict(image, depth))
         return jump, crease
 
-    def _at_scale(self, rgb: NDArray[np.uint8], depth: Array, scale: float) -> list[Array]:
-        """Jumps and creases of the image resized by a factor, resized back."""
-        height, width = depth.shape
-        if scale != 1:
-            size = (max(1, round(width * scale)), max(1, round(height * scale)))
-            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-            depth = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)  # type: ignore[assignment]
-        found = self._run(rgb, depth)
-        return [cv2.resize(one, (width, height), interpolation=cv2.INTER_LINEAR) for one in found]  # type: ignore[misc]
-
-    def _run(self, rgb: NDArray[np.uint8], depth: Array) -> list[Array]:
-        """Jumps and creases by the network, each (H, W) of the image's size."""
+    def _predict(self, rgb: NDArray[np.uint8], depth: Array) -> Array:
+        """Jumps and creases, (2, H, W) of the image's size; the depth may be of another size."""
         image, window = reflected(rgb, MULTIPLE)
-        features, _ = reflected(depth_features(depth), MULTIPLE, axis=1)
+        resized = np.asarray(cv2.resize(depth, rgb.shape[1::-1], interpolation=cv2.INTER_NEAREST), np.float32)
+        features, _ = reflected(depth_features(resized), MULTIPLE, axis=1)
         size = image.shape[:2]
         outputs = self._forward({"image": as_input(image), "depth": features[None]})
         shapes = [one.shape for one in outputs]
         if shapes[:2] != [(1, 1, *size)] * 2:
             raise FormatError(self._unlike(f"its outputs are {shapes} for an image of {size}."))
-        return [one[0, 0][window] for one in outputs[:2]]
+        return np.stack([one[0, 0][window] for one in outputs[:2]])
 
     def _try(self) -> None:
         for ramp in trial_images():
-            lines = self._run(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))
-            if not all(np.isfinite(one).all() and one.min() >= -1e-3 and one.max() <= 1 + 1e-3 for one in lines):
+            if not within_range(self._predict(ramp, np.asarray(1 + ramp[..., 0] / 255, np.float32))):
                 raise FormatError(self._unlike("its output is not within 0 to 1."))

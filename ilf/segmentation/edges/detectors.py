@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import reduce
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -175,26 +175,12 @@ class EdgeNetwork(OnnxNetwork):
         InputError
             If the image is not of this shape and type, or has no pixels.
         """
-        check_image(rgb)
-        full = min(1.0, LONGEST_SIDE / max(rgb.shape[:2]))
-        scales = SCALES if multiscale else (1.0,)
-        found = [self._at_scale(rgb, full * scale) for scale in scales]
-        maps = [reduce(np.add, of_scales) / len(scales) for of_scales in zip(*found, strict=True)]
-        return maps[0], maps[-1]
+        found = at_scales(rgb, SCALES if multiscale else (1.0,), self._predict)
+        return found[0], found[-1]
 
-    def _at_scale(self, rgb: NDArray[np.uint8], scale: float) -> list[NDArray[np.float32]]:
-        """Strength, and probability if the network gives it, each of shape (H, W)."""
-        height, width = rgb.shape[:2]
-        if scale != 1:
-            size = (max(1, round(width * scale)), max(1, round(height * scale)))
-            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)  # type: ignore[assignment]
+    def _predict(self, rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Strength, and probability if the network gives it, (1 or 2, H, W)."""
         padded, window = reflected(rgb, MULTIPLE, _MARGIN)
-        maps = list(self._run(padded)[:, *window])
-        if scale != 1:
-            maps = [np.asarray(cv2.resize(one, (width, height)), np.float32) for one in maps]
-        return [np.clip(one, 0, 1, out=one) for one in maps]
-
-    def _run(self, padded: NDArray[np.uint8]) -> NDArray[np.float32]:
         outputs = dict(zip(self._session.outputs, self._forward({"": as_input(padded)}), strict=True))
         maps = [next(reversed(outputs.values()))]
         if _PROBABILITY in outputs:
@@ -202,16 +188,55 @@ class EdgeNetwork(OnnxNetwork):
         for output in maps:
             if output.shape != (1, 1, *padded.shape[:2]):
                 raise FormatError(self._unlike(f"its output is {output.shape} for an image of {padded.shape[:2]}."))
-        return np.stack([output[0, 0] for output in maps])
+        return np.stack([output[0, 0][window] for output in maps])
 
     def _try(self) -> None:
         for ramp in trial_images():
-            output = self._run(ramp)
-            if not (np.isfinite(output).all() and output.min() >= -1e-3 and output.max() <= 1 + 1e-3):
+            if not within_range(self._predict(ramp)):
                 raise OutputRangeError(
                     f"{self.path.name} is not a supported edge network: its output is not within 0 to 1. "
                     "If it lacks the sigmoid at its end, import it with --logits."
                 )
+
+
+def at_scales(
+    rgb: NDArray[np.uint8], scales: Sequence[float], predict: Callable[[NDArray[np.uint8]], NDArray[np.float32]]
+) -> NDArray[np.float32]:
+    """Average the maps that a network predicts from an image at several scales.
+
+    Parameters
+    ----------
+    rgb : ndarray of uint8, shape (H, W, 3)
+        If its longer side exceeds `LONGEST_SIDE`, it is first scaled down to that.
+    scales : sequence of float
+    predict : callable
+        Takes an image, uint8 (h, w, 3), and returns its maps, float32 (K, h, w).
+
+    Returns
+    -------
+    ndarray of float32, shape (K, H, W)
+        In [0, 1].
+
+    Raises
+    ------
+    InputError
+        If the image is not of this shape and type, or has no pixels.
+    """
+    check_image(rgb)
+    height, width = rgb.shape[:2]
+    full = min(1.0, LONGEST_SIDE / max(height, width))
+    found = []
+    for scale in scales:
+        size = max(1, round(width * full * scale)), max(1, round(height * full * scale))
+        how = cv2.INTER_AREA if full * scale < 1 else cv2.INTER_LINEAR
+        image = np.asarray(cv2.resize(rgb, size, interpolation=how), np.uint8)
+        found.append([cv2.resize(one, (width, height)) for one in predict(image)])
+    return np.clip(np.mean(found, axis=0), 0, 1)
+
+
+def within_range(maps: NDArray[np.float32]) -> bool:
+    """Whether all values are within 0 to 1, but for rounding."""
+    return bool(np.isfinite(maps).all() and maps.min() >= -1e-3 and maps.max() <= 1 + 1e-3)
 
 
 def check_image(rgb: NDArray[np.generic]) -> None:

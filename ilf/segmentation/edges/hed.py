@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -29,11 +30,11 @@ UPSAMPLINGS = {stage: f"upsample_{2 ** (stage - 1)}" for stage in range(2, 6)}
 FUSION = "new-score-weighting"
 """1 x 1 convolution over the five side outputs."""
 
+LAYERS = (*itertools.chain(*CONVOLUTIONS), *SCORES, FUSION)
+"""The layers that a file must have."""
 
 ONNX_PACKAGE = "onnx", "onnx", "Converting a network"
 """What the conversion needs, for `optional`."""
-
-_REMEDY = "Select a file with HED's weights, or convert the network to ONNX."
 
 
 class Layer(NamedTuple):
@@ -43,44 +44,6 @@ class Layer(NamedTuple):
     """(out, in, height, width)."""
     bias: NDArray[np.float32]
     """(out,)."""
-
-
-def check_layers(layers: Mapping[str, Layer], file: str) -> None:
-    """Check that the layers are a complete HED; the numbers of channels are free, as long as they match.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-    file : str
-        Name of the file, for the message.
-
-    Raises
-    ------
-    FormatError
-        If a layer is missing or has another shape.
-    """
-    channels = 3
-    for names, score in zip(CONVOLUTIONS, SCORES, strict=True):
-        for name in names:
-            channels = _check(layers, name, (None, channels, 3, 3), file)
-        _check(layers, score, (1, channels, 1, 1), file)
-    _check(layers, FUSION, (1, len(SCORES), 1, 1), file)
-    for stage, name in UPSAMPLINGS.items():
-        if name in layers:
-            _check(layers, name, (1, 1, 2**stage, 2**stage), file)
-
-
-def _check(layers: Mapping[str, Layer], name: str, shape: tuple[int | None, ...], file: str) -> int:
-    """Check a layer; returns its number of output channels."""
-    if name not in layers:
-        raise FormatError(f"{file} contains no weights of HED: the layer {name} is missing. {_REMEDY}")
-    weight, bias = layers[name]
-    fits = weight.ndim == 4 and all(wanted in {None, found} for wanted, found in zip(shape, weight.shape, strict=True))
-    if not fits or bias.shape != weight.shape[:1]:
-        wanted = " x ".join("any" if size is None else str(size) for size in shape)
-        found = " x ".join(map(str, weight.shape))
-        raise FormatError(f"{file} contains no weights of HED: the layer {name} is {found}, not {wanted}. {_REMEDY}")
-    return int(weight.shape[0])
 
 
 # Reading weights from a .caffemodel, with the layers' fields of current Caffe and of 2014.
@@ -94,7 +57,7 @@ _OLD_SHAPE, _DATA, _SHAPE, _DOUBLES = (1, 2, 3, 4), 5, 7, 8
 
 
 def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
-    """Read the layers with weights, by name.
+    """Read the convolutions, by name.
 
     Parameters
     ----------
@@ -116,7 +79,7 @@ def read_caffemodel(content: NDArray[np.uint8], file: str) -> dict[str, Layer]:
             for layer, name_in_layer, blobs_in_layer in _VERSIONS:
                 if number == layer and isinstance(value, memoryview):
                     blobs = [_blob(blob) for blob in wire.messages(value, blobs_in_layer)]
-                    if blobs:
+                    if blobs and blobs[0].ndim == 4:
                         name = wire.text(value, name_in_layer)
                         layers[_ALIASES.get(name, name)] = _layer(blobs)
     return layers
@@ -232,7 +195,7 @@ def hed_network(layers: Mapping[str, Layer], caffe: bool) -> bytes:
     Parameters
     ----------
     layers : mapping of str to Layer
-        As checked by `check_layers`.
+        All of `LAYERS`, and those of `UPSAMPLINGS` that the file has.
     caffe : bool
         Whether to pad, scale up and crop as in the Caffe model. Otherwise as in Keras: no padding, and side outputs are
         scaled up bilinearly, aligned by the corners of pixels.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..._runtime.files import read_file
 from ..._runtime.installation import optional
-from ..._runtime.networks import protobuf as wire
 from ..._runtime.networks.models import name_from, new_model_path
+from ..._runtime.networks.session import RefusedInputError
 from ..._runtime.writing import ensure_folder, write_bytes
 from ...errors import FormatError, InputError, told_as
 from . import hed
@@ -23,61 +22,23 @@ from .detectors import EdgeNetwork, OutputRangeError
 if TYPE_CHECKING:
     from onnx import GraphProto, ValueInfoProto
 
-# ONNX networks of other origin: reading their inputs, and adding nodes to adapt input and output.
-
-_GRAPH = 7
-_INITIALISERS, _INITIALISER_NAME = 5, 8
-_OUTPUTS = 12
-_INPUTS, _NAME, _TYPE, _TENSOR, _SHAPE, _DIMENSION, _SIZE = 11, 1, 2, 1, 2, 1, 1
-
-
-def _fixed_size(content: NDArray[np.uint8], file: str) -> str:
-    """The image size that an ONNX network requires, "" if it is free; does not need the package onnx.
-
-    Parameters
-    ----------
-    content : ndarray of uint8
-        Content of the file.
-    file : str
-        Its name, for the message.
-
-    Raises
-    ------
-    FormatError
-        If it is not an ONNX file, or the network has another number of inputs.
-    """
-    with _intact(file, ValueError):
-        graphs = wire.messages(content.data, _GRAPH)
-        inputs = {name: shape for graph in graphs for name, shape in _inputs(graph).items()}
-        outputs = [found for graph in graphs for found in wire.messages(graph, _OUTPUTS)]
-    if not inputs or not outputs:
-        raise FormatError(f"{file} is not an ONNX network: it has no input or no output. Export or copy it again.")
-    if len(inputs) > 1:
-        raise FormatError(f"{file} has {len(inputs)} inputs, not one image. Export it with the image as only input.")
-    (shape,) = inputs.values()
-    height, width = shape[2:] if len(shape) == 4 else (None, None)
-    return f"{width} x {height}" if height and width else ""
+# ONNX networks of other origin: nodes that adapt their input and output.
 
 
 def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *how: str) -> NDArray[np.uint8]:
-    """The content of an ONNX network whose graph and image input are edited; raises FormatError if it is no ONNX file.
-
-    Parameters
-    ----------
-    content : ndarray of uint8
-        Content of the file.
-    file : str
-        Its name, for the message.
-    edit : callable
-        Is called with the graph, its image input and `how`, and changes them.
-    """
+    """The content of an ONNX network after a function of its graph, its image input and `how` has changed these; raises
+    FormatError if it is no ONNX file, or has another number of inputs."""
     onnx = optional(*hed.ONNX_PACKAGE)
     from google.protobuf.message import DecodeError
 
-    with _intact(file, DecodeError):
+    damaged = f"{file} is not an intact ONNX file ({{error}}). Export or copy it again."
+    with told_as(FormatError, damaged, DecodeError):
         model = onnx.load_from_string(content.tobytes())
-    constants = {item.name for item in model.graph.initializer}
-    edit(model.graph, next(item for item in model.graph.input if item.name not in constants), *how)
+    constants = {item.name for item in model.graph.initializer}  # old files list them as inputs
+    images = [item for item in model.graph.input if item.name not in constants]
+    if len(images) != 1 or not model.graph.output:
+        raise FormatError(f"{file} has {len(images)} inputs, not one image. Export it with the image as only input.")
+    edit(model.graph, images[0], *how)
     return np.frombuffer(model.SerializeToString(), np.uint8)
 
 
@@ -103,7 +64,7 @@ def _add_sigmoid(graph: GraphProto, image: ValueInfoProto) -> None:
 
 def _free_size(graph: GraphProto, image: ValueInfoProto) -> None:
     """Let the network take images of any size, whatever size it was exported with."""
-    for side, name in zip(image.type.tensor_type.shape.dim[2:], ("height", "width"), strict=True):
+    for side, name in zip(image.type.tensor_type.shape.dim[2:], ("height", "width"), strict=False):
         side.dim_param = name
     # sizes of results follow from it
     del graph.value_info[:]
@@ -111,33 +72,12 @@ def _free_size(graph: GraphProto, image: ValueInfoProto) -> None:
         output.type.tensor_type.ClearField("shape")
 
 
-def _intact(file: str, problem: type[Exception]) -> AbstractContextManager[None]:
-    """Within the block, an error of this type says that a file is damaged."""
-    return told_as(FormatError, f"{file} is not an intact ONNX file ({{error}}). Export or copy it again.", problem)
-
-
-def _inputs(graph: memoryview) -> dict[str, tuple[int | None, ...]]:
-    """The inputs of a graph with their shapes (None where a size is free), without initialisers, which old files list
-    as inputs."""
-    constants = {wire.text(tensor, _INITIALISER_NAME) for tensor in wire.messages(graph, _INITIALISERS)}
-    found = {wire.text(item, _NAME): _shape(item) for item in wire.messages(graph, _INPUTS)}
-    return {name: shape for name, shape in found.items() if name not in constants}
-
-
-def _shape(item: memoryview) -> tuple[int | None, ...]:
-    for number in (_TYPE, _TENSOR, _SHAPE):
-        inner = wire.messages(item, number)
-        if not inner:
-            return ()
-        item = inner[-1]
-    sizes = [wire.integers(dimension, _SIZE) for dimension in wire.messages(item, _DIMENSION)]
-    return tuple(size[-1] if size and size[-1] > 0 else None for size in sizes)
-
-
 # Importing a file as an edge network of the user.
 
 _ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
 _PLAIN_RGB = "rgb"
+
+_OTHER_FILE = "Select a file with HED's weights, or convert the network to ONNX."
 
 
 def add_model(
@@ -202,35 +142,42 @@ def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
 
 def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[np.uint8]:
     layers = (hed.read_caffemodel if caffe else hed.read_keras_weights)(content, source.name)
-    hed.check_layers(layers, source.name)
+    if missing := [name for name in hed.LAYERS if name not in layers]:
+        raise FormatError(f"{source.name} contains no weights of HED: the layer {missing[0]} is missing. {_OTHER_FILE}")
     content = np.frombuffer(hed.hed_network(layers, caffe), np.uint8)
-    EdgeNetwork.read(content, source)
+    try:
+        EdgeNetwork.read(content, source)
+    except FormatError as error:
+        raise FormatError(f"{source.name} contains no weights of HED: its layers do not fit. {_OTHER_FILE}") from error
     return content
 
 
 def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
-    fixed_size = _fixed_size(content, source.name)
-    if fixed_size:
-        content = _edited(content, source.name, _free_size)
     if inputs != _PLAIN_RGB:
         content = _edited(content, source.name, _add_normalisation, inputs)
     try:
-        if logits:
-            _check_lacks_sigmoid(content, source)
-            content = _edited(content, source.name, _add_sigmoid)
-        EdgeNetwork.read(content, source)
-    except FormatError as error:
-        if fixed_size and not isinstance(error, OutputRangeError):
-            told = f"{source.name} accepts only images of {fixed_size}. Export it with free height and width."
-            raise FormatError(told) from error
+        return _tried(content, source, logits)
+    except RefusedInputError:  # it may have been exported with one size, but work with others
+        content = _edited(content, source.name, _free_size)
+    try:
+        return _tried(content, source, logits)
+    except OutputRangeError:
         raise
-    return content
+    except FormatError as error:
+        told = f"{source.name} does not take RGB images of any size. Export it with free height and width."
+        raise FormatError(told) from error
 
 
-def _check_lacks_sigmoid(content: NDArray[np.uint8], source: Path) -> None:
-    """Raise InputError if a network ends with a sigmoid although `logits` is set."""
+def _tried(content: NDArray[np.uint8], source: Path, logits: bool) -> NDArray[np.uint8]:
+    """The content of a network that works, with a sigmoid added after `logits`."""
     try:
         EdgeNetwork.read(content, source)
     except OutputRangeError:
-        return
-    raise InputError(f"The output of {source.name} is already within 0 to 1. Add it without --logits.")
+        if not logits:
+            raise
+        content = _edited(content, source.name, _add_sigmoid)
+        EdgeNetwork.read(content, source)
+        return content
+    if logits:
+        raise InputError(f"The output of {source.name} is already within 0 to 1. Add it without --logits.")
+    return content

@@ -49,7 +49,7 @@ def clean_up(labels: Labels, smallest: int, locked: Collection[int] = (), box: B
         areas, to_clean = _areas_to_clean(after, smallest, crop, labels.shape)
         if not to_clean.any():
             break
-        cleaned = _reassign(after, areas, to_clean, locked)
+        cleaned = given_to_neighbours(after, areas, to_clean, locked)
         if np.array_equal(cleaned, after):
             break
         after = cleaned
@@ -125,8 +125,19 @@ def _bodies_beside(
     return np.bincount(pairs[:, 0], minlength=count)
 
 
-def _reassign(labels: Labels, areas: NDArray[np.int32], to_clean: Mask, locked: Collection[int]) -> Labels:
-    """Give every area to be cleaned up to the neighbour with the longest border to it."""
+def given_to_neighbours(labels: Labels, areas: NDArray[np.int32], to_clean: Mask, locked: Collection[int]) -> Labels:
+    """Give areas each to the neighbour with the longest border to it; of two that are adjacent, one waits.
+
+    Parameters
+    ----------
+    labels : ndarray of int32, shape (H, W)
+    areas : ndarray of int32, shape (H, W)
+        The number of the area at every pixel.
+    to_clean : ndarray of bool, shape (N,)
+        Which areas to give, by their number.
+    locked : collection of int
+        Blocks that neither lose nor get pixels.
+    """
     found = []
     unlocked = unlocked_pixels(labels, locked)
     for (one, other), (area, beyond), (open_one, open_other) in neighbours(labels, areas, unlocked):
@@ -223,7 +234,7 @@ def _without_useless(
         useless[labels[known]] = False
         if not useless[labels].any():
             break
-        labels = _reassign(labels, np.where(useless[labels], labels, 0), useless, locked)
+        labels = given_to_neighbours(labels, np.where(useless[labels], labels, 0), useless, locked)
     return labels
 
 
@@ -238,7 +249,7 @@ def _without_new_slivers(
         to_clean &= np.bincount(areas[~old], minlength=to_clean.size) > 0
         gained = np.bincount(areas[(edited != before) & (after == edited)], minlength=to_clean.size)
         to_clean[np.argmax(gained)] = False
-        cleaned = _reassign(after, areas, to_clean, locked)
+        cleaned = given_to_neighbours(after, areas, to_clean, locked)
         if np.array_equal(cleaned, after):
             break
         after = cleaned

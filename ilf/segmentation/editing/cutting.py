@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import both, different_labels, mark
+from ...data.pixel_grids import both, different_labels, mark, spread
 from ...errors import InputError
 from ..edges.relief import Relief, find_relief
 from ..extraction import contract, cut_at_jumps, regions_between, snap_to_jumps
@@ -179,7 +179,9 @@ def _cut(labels: Labels, label: int, points: Points, near: float) -> _CutBlock |
             pieces.append(sorted(found[found > 0].tolist(), key=lambda number: -sizes[number]))
     if not pieces:
         return None
-    return _CutBlock(box, np.where(block, _assign_line_pixels(parts, cut), 0).astype(np.int32), sizes, pieces)
+    # each of the line's pixels goes to the part that is nearest through others
+    parts = spread(parts.astype(np.int32), cut, both(np.ones(block.shape, bool)), cut.size)
+    return _CutBlock(box, np.where(block, parts, 0), sizes, pieces)
 
 
 def _drawn(line: NDArray[np.float64], shape: tuple[int, ...]) -> Mask:
@@ -222,23 +224,6 @@ def _extension_point(block: Mask, line: NDArray[np.float64], near: float, far: f
     distance[values_at(block, around, False)] = np.inf
     nearest = int(np.argmin(distance))
     return around[nearest : nearest + 1] if distance[nearest] <= near else straight[off]
-
-
-def _assign_line_pixels(parts: NDArray[np.int32], cut: Mask) -> NDArray[np.int32]:
-    """Add the line's pixels to the parts, each to the part that is nearest through other pixels of the line."""
-    spread = np.pad(parts, 1)
-    width = spread.shape[1]
-    flat = spread.ravel()
-    waiting = np.flatnonzero(np.pad(cut, 1))
-    while waiting.size:
-        found = np.zeros(waiting.size, flat.dtype)
-        for step in (-1, 1, -width, width):
-            found = np.where(found == 0, flat[waiting + step], found)
-        if not found.any():
-            break
-        flat[waiting] = found
-        waiting = waiting[found == 0]
-    return spread[1:-1, 1:-1]
 
 
 # Suggesting where to cut a block with two surfaces.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
-from ...data.label_map import find_blocks
+from ...data.label_map import nearest_of_block
 from ...data.pixel_grids import connected_regions, nearest_values
 from .static_pixels import in_cells
 
@@ -226,19 +226,6 @@ def ridge(reach: Field) -> Mask:
     return (reach >= cv2.dilate(reach, np.ones((3, 3), np.uint8))) & (reach > 1)
 
 
-def nearest_in_part(parts: Labels, good: Mask) -> NDArray[np.intp]:
-    """For every pixel, the index of the nearest good pixel of the same part; -1 where a part has none."""
-    height, width = parts.shape
-    own = np.arange(height * width).reshape(height, width)
-    nearest = np.where(good, own, -1)
-    for part in find_blocks(parts).values():
-        here = part.mask & good[part.box]
-        if not here.any() or not (part.mask & ~here).any():
-            continue
-        nearest[part.box][part.mask] = nearest_values(own[part.box], here)[1][part.mask]
-    return nearest
-
-
 # Motion by optical flow.
 
 _SIDE = 24
@@ -271,9 +258,7 @@ def motion_by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Mot
     depth : ndarray of float32, shape (H, W)
         Depth of the parts [m]: of two that move to the same position, the nearer one is visible.
     """
-    source = nearest_in_part(parts.map, agrees & (parts.reach > _INSIDE))
-    thin = nearest_in_part(parts.map, agrees & (source < 0))
-    source = np.where(source < 0, thin, source)
+    source = _nearest_inside(parts, agrees, _INSIDE)
     rows, columns = np.indices(depth.shape, dtype=np.float32)
     own = np.arange(source.size).reshape(source.shape)
     inner = flow.reshape(-1, 2)[np.where(source < 0, own, source)]
@@ -342,7 +327,12 @@ def padded_for_flow(grey: NDArray[Any]) -> NDArray[np.uint8]:
 def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
     """Known depth [m]; where it is missing or close to a border, that of the nearest pixel of the same part; NaN in
     parts without known depth."""
-    source = nearest_in_part(parts.map, frame.known & (parts.reach > _BESIDE))
-    thin = nearest_in_part(parts.map, frame.known & (source < 0))
-    source = np.where(source < 0, thin, source)
+    source = _nearest_inside(parts, frame.known, _BESIDE)
     return np.where(source < 0, np.float32(np.nan), frame.depth.ravel()[source])
+
+
+def _nearest_inside(parts: Parts, good: Mask, beside: float) -> NDArray[np.intp]:
+    """For every pixel, the index of the nearest good one of its part that is farther from the part's border; in thin
+    parts, of any good one; -1 in parts without."""
+    source = nearest_of_block(parts.map, good & (parts.reach > beside))
+    return np.where(source < 0, nearest_of_block(parts.map, good & (source < 0)), source)

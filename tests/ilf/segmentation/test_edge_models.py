@@ -178,9 +178,9 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
         "a.caffemodel is not an intact Caffe model .truncated.",
     ),
     "truncated Keras": ("a.h5", lambda p: half(write_keras(p, hed_weights(False))), "a.h5 is not a complete HDF5 file"),
-    "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx is not an intact ONNX"),
+    "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx cannot be read as an ONNX"),
     "text as Caffe": ("a.caffemodel", write_text, "a.caffemodel is not an intact Caffe model"),
-    "text as ONNX": ("a.onnx", write_text, "a.onnx is not an intact ONNX"),
+    "text as ONNX": ("a.onnx", write_text, "a.onnx cannot be read as an ONNX"),
     "other format": ("a.pth", write_text, "an unknown format. Select a file of type .onnx, .caffemodel, .h5"),
     "Caffe of another network": (
         "a.caffemodel",
@@ -191,13 +191,18 @@ REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
     "other shape": (
         "a.caffemodel",
         lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": hed_weights(False)["conv3_2"]}, False),
-        "the layer conv2_1 is 6 x 6 x 3 x 3, not any x 5 x 3 x 3",
+        "no weights of HED: its layers do not fit",
+    ),
+    "flat weights": (
+        "a.caffemodel",
+        lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": (np.ones(12), np.ones(4))}, False),
+        "the layer conv2_1 is missing",
     ),
     "two inputs": ("a.onnx", with_two_inputs, "has 2 inputs, not one image"),
     "fixed size": (
         "a.onnx",
         lambda p: write_weighted_sum(p, helper.make_node("Reshape", ["sum", "baked"], ["strength"]), size=(48, 48)),
-        "accepts only images of 48 x 48.* free height and width",
+        "images of any size.* free height and width",
     ),
     "out of range": ("a.onnx", lambda p: write_weighted_sum(p, gains=GAINS * 9), "not within 0 to 1.* --logits"),
     "three channels": (
