@@ -51,8 +51,8 @@ class ExtractionPanel(Panel):
     """The parameters of the extraction, and the view of its stages.
 
     While the view is visible and the preview is on, it follows the panel's parameters; with the preview off it shows
-    the extraction of the frame's blocks. Only `extract` changes the frame's blocks. While they are being extracted, the
-    panel waits for that result instead of computing it a second time.
+    the extraction of the frame's blocks. Only `extract` changes the frame's blocks. What both compute is
+    computed once: the library caches the parts of an extraction with the frame.
     """
 
     title, icon, group = "Extraction", "ph.polygon", None
@@ -66,8 +66,6 @@ class ExtractionPanel(Panel):
 
     def __init__(self, context: Context) -> None:
         self._frame: RGBDFrame | None = None
-        self._is_waiting = False
-        """Whether a request waits until the blocks have been extracted."""
         self._drawn: _Stage | None = None
         """What the picture in the view answers."""
         self._found: FoundBlocks | None = None
@@ -88,7 +86,6 @@ class ExtractionPanel(Panel):
             )
             for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
         )
-        context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
         for signal in (views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
@@ -126,11 +123,6 @@ class ExtractionPanel(Panel):
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
 
-    @property
-    def busy(self) -> bool:
-        """Whether a picture is pending."""
-        return super().busy or self._is_waiting
-
     # the view
 
     def refresh(self, parts: Part) -> None:
@@ -142,7 +134,6 @@ class ExtractionPanel(Panel):
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
             self.requests.forget()
-        self._is_waiting = False
         if frame is not None and self.context.views.shows("stage"):
             self._ask_stage(frame)
         self._describe()
@@ -155,9 +146,8 @@ class ExtractionPanel(Panel):
             self._drawn = None
             self._tell(message=_OFF)
             return
-        self._is_waiting = self.context.loader.is_extracting(document)
         stage = frame, parameters, self.context.views.data.stage.name
-        if not self._is_waiting and (stage != self._drawn or super().busy):
+        if stage != self._drawn or self.busy:
             self.requests.ask(lambda: _draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage)
 
     def _tell(self, **changes: Any) -> None:
