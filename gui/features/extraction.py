@@ -51,8 +51,8 @@ class ExtractionPanel(Panel):
     """The parameters of the extraction, and the view of its stages.
 
     While the view is visible and the preview is on, it follows the panel's parameters; with the preview off it shows
-    the last extraction of the frame. Only `extract` changes the frame's blocks. While they are being extracted, the
-    panel waits for that result instead of computing it a second time.
+    the extraction of the frame's blocks. Only `extract` changes the frame's blocks. What both compute is
+    computed once: the library caches the parts of an extraction with the frame.
     """
 
     title, icon, group = "Extraction", "ph.polygon", None
@@ -66,10 +66,6 @@ class ExtractionPanel(Panel):
 
     def __init__(self, context: Context) -> None:
         self._frame: RGBDFrame | None = None
-        self._is_waiting = False
-        """Whether a request waits until the blocks have been extracted."""
-        self._held: FoundBlocks | None = None
-        """The last extraction: its other stages only have to be drawn."""
         self._drawn: _Stage | None = None
         """What the picture in the view answers."""
         self._found: FoundBlocks | None = None
@@ -90,8 +86,6 @@ class ExtractionPanel(Panel):
             )
             for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
         )
-        context.loader.extracted.connect(self._hold)
-        context.loader.busy_changed.connect(lambda: self.redraw() if self._is_waiting else None)
         views = context.views
         for signal in (views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
@@ -129,11 +123,6 @@ class ExtractionPanel(Panel):
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
 
-    @property
-    def busy(self) -> bool:
-        """Whether a picture is pending."""
-        return super().busy or self._is_waiting
-
     # the view
 
     def refresh(self, parts: Part) -> None:
@@ -145,7 +134,6 @@ class ExtractionPanel(Panel):
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
             self.requests.forget()
-        self._is_waiting = False
         if frame is not None and self.context.views.shows("stage"):
             self._ask_stage(frame)
         self._describe()
@@ -153,32 +141,14 @@ class ExtractionPanel(Panel):
     def _ask_stage(self, frame: RGBDFrame) -> None:
         """Ask for the picture of the shown stage, unless the view shows it."""
         document = self.context.workspace.current
-        if self._previews:
-            parameters: BlockParameters | None = self.context.workspace.parameters.extraction
-        elif self._held is not None and self._held.frame is frame:
-            parameters = self._held.parameters
-        else:
-            parameters = document.blocks.extraction
+        parameters = self.context.workspace.parameters.extraction if self._previews else document.blocks.extraction
         if parameters is None:
             self._drawn = None
             self._tell(message=_OFF)
             return
-        held = self._held is not None and self._held.matches(frame, parameters)
-        self._is_waiting = self.context.loader.is_extracting(document) and not held
         stage = frame, parameters, self.context.views.data.stage.name
-        if not self._is_waiting and (stage != self._drawn or super().busy):
-            self.requests.ask(
-                lambda: self._draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage
-            )
-
-    def _draw_stage(
-        self, frame: RGBDFrame, parameters: BlockParameters, stage: str
-    ) -> tuple[FoundBlocks, NDArray[np.uint8]]:
-        """Extract the blocks, unless the last extraction is that one, and draw the stage; called in a worker thread."""
-        held = self._held  # the window may replace it meanwhile
-        if held is None or not held.matches(frame, parameters):
-            held = find(frame, parameters)
-        return held, stage_picture(stage, frame.rgb, held.extraction)
+        if stage != self._drawn or self.busy:
+            self.requests.ask(lambda: _draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage)
 
     def _tell(self, **changes: Any) -> None:
         """Change what the views show of the stage: with a message, it has no picture."""
@@ -188,7 +158,7 @@ class ExtractionPanel(Panel):
 
     def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
-        self._held = self._found = found
+        self._found = found
         self._failure = ""
         if (name := stage[-1]) == self.context.views.data.stage.name:
             self._drawn = stage
@@ -225,20 +195,8 @@ class ExtractionPanel(Panel):
 
     @command("extract", "E&xtract blocks", icon="ph.polygon", keys="Ctrl+B", needs=Need.FRAME | Need.IDLE)
     def extract(self) -> None:
-        """Extract the blocks again; locked blocks and hand-made blocks stay.
-
-        They are there at once if the preview has them.
-        """
-        document, held = self.context.workspace.current, self._held
-        if held is not None and held.matches(document.frame, self.context.workspace.parameters.extraction):
-            self.context.loader.take_extraction(document, held)
-        else:
-            self.context.loader.extract(document)
-
-    def _hold(self, found: FoundBlocks) -> None:
-        """Reuse the extraction of a frame's blocks for the view."""
-        self._held = found
-        self.redraw()
+        """Extract the blocks again; locked blocks and hand-made blocks stay."""
+        self.context.loader.extract(self.context.workspace.current)
 
     # the summary
 
@@ -280,5 +238,10 @@ class ExtractionPanel(Panel):
         kinds = (len(locked), "locked"), (len(by_hand), "made by hand")
         kept = " and ".join(f"{counted(count, 'block')} {kind}" for count, kind in kinds if count)
         around = f", around {kept}" if kept else ""
-        took = f"{1000 * found.seconds:.0f} ms" if found.seconds < 1 else f"{found.seconds:.1f} s"
-        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}, in {took}."
+        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}."
+
+
+def _draw_stage(frame: RGBDFrame, parameters: BlockParameters, stage: str) -> tuple[FoundBlocks, NDArray[np.uint8]]:
+    """Extract the blocks, whose parts are cached with the frame, and draw a stage; called in a worker thread."""
+    found = find(frame, parameters)
+    return found, stage_picture(stage, frame.rgb, found.extraction)

@@ -36,7 +36,6 @@ class ToolsFeature(Feature):
         self.options.changed.connect(editor.set_option)
         self.keys = ToolKeys(context.window, editor, context.views)
         context.views.navigation.set_handler(self._point)
-        context.loader.extracted.connect(editor.edge_data_source.hold)
         editor.message.connect(notes.show_message)
         editor.slivers_left.connect(lambda left: notes.offer(f"{counted(left, 'sliver')} left.", actions["clean_up"]))
         editor.failed.connect(lambda error: notes.report("Edges of the frame", error))

@@ -66,8 +66,6 @@ class FrameLoader(QObject):
     -------
     busy_changed()
         `busy` or `present` has changed.
-    extracted(object)
-        The Found of the frame that is or becomes the current one.
     replayed(object)
         A document that was opened from a record.
     listed(object, object)
@@ -79,7 +77,6 @@ class FrameLoader(QObject):
     """
 
     busy_changed = Signal()
-    extracted = Signal(object)
     replayed = Signal(object)
     listed = Signal(object, object)
     opening_failed = Signal(object, object)
@@ -288,7 +285,7 @@ class FrameLoader(QObject):
 
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        self._ask_extraction(document, find, partial(self.take_extraction, document))
+        self._ask_extraction(document, find, partial(self._take_extraction, document))
 
     def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
@@ -350,8 +347,6 @@ class FrameLoader(QObject):
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
         if document.blocks.propagated_from:
             return
-        if self._workspace.is_shown(document):
-            self.extracted.emit(found)
         if document.undo_stack.count() or document.counts():
             document.set_extracted(found.extraction, found.parameters, self._workspace.parameters.keeps_handmade)
         else:
@@ -359,12 +354,10 @@ class FrameLoader(QObject):
         beside = described_beside(document.origin) if isinstance(document.origin, FrameRef) else ""
         self._report_blocks(document, beside, *document.frame.notes, *found.extraction.notes)
 
-    def take_extraction(self, document: Document, found: FoundBlocks) -> None:
+    def _take_extraction(self, document: Document, found: FoundBlocks) -> None:
         """Set the blocks of an extraction with the workspace's parameters."""
         keeps_handmade = self._workspace.parameters.keeps_handmade
         kept = document.set_extracted(found.extraction, found.parameters, keeps_handmade)
-        if self._workspace.is_shown(document):
-            self.extracted.emit(found)
         self._report_blocks(document, _describe_kept(*kept), *found.extraction.notes)
 
     def _report_blocks(self, document: Document, *notes: str) -> None:

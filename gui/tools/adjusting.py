@@ -11,7 +11,7 @@ from functools import partial
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..views.interaction import PointerEvent, PointerKind, Preview
+from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, line_path
 from .line import LineTool, Snap, Stretch, nearest, off_line, preview_of_patch, touches
 
@@ -154,7 +154,6 @@ class _Applied:
 class _Grip:
     """A point of the line that is held; `line` has it, and `added` says whether it was added by the press."""
 
-    press: Press
     line: AdjustableLine
     corner: int
     added: bool
@@ -185,11 +184,9 @@ class AdjustableTool(LineTool):
     def after_change(self, before: Labels, patch: LabelPatch, host: Host) -> None:
         """Called after a line has changed a label map."""
 
-    def pointer(self, event: PointerEvent, host: Host) -> bool:
-        """Adjust the line that was applied, or draw one."""
-        if self._adjust(event, host):
-            return event.kind is not PointerKind.DOUBLE
-        return super().pointer(event, host)
+    def draw(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """End a click or a drag that does not adjust the line."""
+        raise NotImplementedError
 
     @property
     def slack(self) -> float:
@@ -207,11 +204,6 @@ class AdjustableTool(LineTool):
             "Drag a point: adjust the line | click the line: add a point | Ctrl+click: remove a point | Enter: done | "
             "Esc: drop the line"
         )
-
-    @property
-    def busy(self) -> bool:
-        """Whether there is a line that was not applied yet, or a point of one is held."""
-        return super().busy or self._grip is not None
 
     def cancel(self, host: Host) -> None:
         """Cancel the line, or end its adjustment."""
@@ -238,70 +230,72 @@ class AdjustableTool(LineTool):
 
     def apply(self, line: AdjustableLine, text: str, host: Host) -> None:
         """Apply a line as one undo step, and keep it for adjustment if it changes anything."""
-        applied = _Applied(line, host.document, host.document.labels.copy(), text, None)
-        step = self._make_step(applied, host)
-        if step is not None:
-            self._keep(replace(applied, step=step), host)
+        self._put(_Applied(line, host.document, host.document.labels.copy(), text, None), host)
 
-    def _make_step(self, applied: _Applied, host: Host) -> int | None:
-        """Make the undo step of a line in place of the one that it had; None, with a message, if it changes nothing."""
+    def _put(self, applied: _Applied, host: Host) -> None:
+        """Make the undo step of a line in place of the one that it had, or show a message if it changes nothing."""
+        is_kept = self._applied is not None
         patch = self.change(applied.before, applied.line.points, applied.document)
         if applied.step is not None:
             host.document.undo_stack.undo()
         done = host.commit(patch, applied.text, self.label)
-        if done is None:
-            if patch is None:
-                host.show_message(self.explain(applied.line.points, host.document))
-            return None
-        self.after_change(applied.before, done, host)
-        return host.document.undo_stack.index()
+        if done is not None:
+            self.after_change(applied.before, done, host)
+        elif patch is None:
+            host.show_message(self.explain(applied.line.points, host.document))
+        if is_kept or done is not None:
+            step = None if done is None else host.document.undo_stack.index()
+            self._keep(replace(applied, step=step), host)
 
-    def _adjust(self, event: PointerEvent, host: Host) -> bool:
-        """Move, add or remove a point of the line; False if the event is not for it."""
-        applied, grip = self._applied, self._grip
-        if applied is None:
-            return False
-        match event.kind:
-            case PointerKind.PRESS:
-                self._grip = self._gripped(applied, event) if self._is_last(applied, host) else None
-                if self._grip is None:
-                    self.cancel(host)
-            case PointerKind.MOVE if grip is not None and grip.press.follow(event):
-                self._pixel = event.pixel
-                point = event.x, event.y
-                line = grip.line.moved(grip.corner, point, event.shift, self._snap(host))
-                self._show_line(line, host)
-                find = partial(self.change, applied.before, line.points, applied.document)
-                host.run_in_background(find, partial(self._preview, line, host))
-            case PointerKind.RELEASE if grip is not None:
-                self._grip = self._line_preview = None
-                self._let_go(applied, grip, event, host)
-        return self._applied is not None
+    def _begin(self, event: PointerEvent, host: Host) -> bool:
+        """Hold a point of the line under the press; elsewhere, its adjustment ends."""
+        applied, self._grip = self._applied, None
+        if applied is not None:
+            self._grip = self._gripped(applied.line, event) if self._is_last(applied, host) else None
+            if self._grip is None:
+                self.cancel(host)
+        return True
 
-    def _gripped(self, applied: _Applied, event: PointerEvent) -> _Grip | None:
-        corner = nearest(applied.line.corners, event)
+    @staticmethod
+    def _gripped(line: AdjustableLine, event: PointerEvent) -> _Grip | None:
+        corner = nearest(line.corners, event)
         if corner is not None:
-            return _Grip(Press(event), applied.line, corner, False, event.opposite)
-        divided = applied.line.divided(event)
-        return None if divided is None else _Grip(Press(event), *divided, True, False)
+            return _Grip(line, corner, False, event.opposite)
+        divided = line.divided(event)
+        return None if divided is None else _Grip(*divided, True, False)
 
-    def _let_go(self, applied: _Applied, grip: _Grip, event: PointerEvent, host: Host) -> None:
+    def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
+        """Move the point that is held, or draw."""
+        grip, applied = self._grip, self._applied
+        if grip is None or applied is None:
+            return super()._drag(press, event, host)
+        if press.follow(event):
+            self._pixel = event.pixel
+            line = grip.line.moved(grip.corner, (event.x, event.y), event.shift, self._snap(host))
+            self._show_line(line, host)
+            find = partial(self.change, applied.before, line.points, applied.document)
+            host.run_in_background(find, partial(self._preview, line, host))
+        return press.drags
+
+    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+        """Let go of the point: it is moved, removed or added."""
+        grip, applied = self._grip, self._applied
+        if grip is None or applied is None:
+            self.draw(press, event, host)
+            return
+        self._grip = self._line_preview = None
         snap = self._snap(host)
-        if grip.press.drags:
-            self._apply_again(applied, grip.line.moved(grip.corner, (event.x, event.y), event.shift, snap), host)
+        if press.drags:
+            line = grip.line.moved(grip.corner, (event.x, event.y), event.shift, snap)
+            self._put(replace(applied, line=line), host)
         elif grip.removes:
             fewer = grip.line.without(grip.corner, snap)
             if fewer is None:
                 host.show_message("The line needs its last points. Esc drops it.")
             else:
-                self._apply_again(applied, fewer, host)
+                self._put(replace(applied, line=fewer), host)
         elif grip.added:
             self._keep(replace(applied, line=grip.line), host)
-
-    def _apply_again(self, applied: _Applied, line: AdjustableLine, host: Host) -> None:
-        """Replace the step that the line made before it was adjusted."""
-        applied = replace(applied, line=line)
-        self._keep(replace(applied, step=self._make_step(applied, host)), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""

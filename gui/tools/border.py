@@ -31,7 +31,7 @@ class BorderTool(AdjustableTool):
         idle = "Drag: redraw a border | Shift: straight | click: select a block"
         return self.adjust_hint or self.release_hint or idle
 
-    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+    def draw(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Change the blocks on both sides of the line, or select the block under a click."""
         line = AdjustableLine.of(self._pen.stretches, (), self.slack)
         self.cancel(host)
@@ -85,6 +85,8 @@ class OutlineTool(AdjustableTool):
 
     def _double(self, host: Host) -> bool:
         """Close the outline; it was begun by the first of the two clicks."""
+        if self._applied is not None:
+            return False
         if len(self._pen.corners) > 2:
             self.finish(host)
         return True
@@ -138,8 +140,10 @@ class OutlineTool(AdjustableTool):
     def _begin(self, event: PointerEvent, host: Host) -> bool:
         """Start an outline or its next corner; a press at the first corner closes it."""
         if not self._pen.down:
-            self._joins = event.opposite
-            check_unlocked(host.document, [self._target(host)])
+            super()._begin(event, host)
+            if self._grip is None:
+                self._joins = event.opposite
+                check_unlocked(host.document, [self._target(host)])
             return True
         corners = self._pen.corners
         closes = len(corners) > 2 and math.dist(corners[0], (event.x, event.y)) <= _NEAR * event.pixel
@@ -147,7 +151,7 @@ class OutlineTool(AdjustableTool):
             self.finish(host)
         return not closes
 
-    def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
+    def draw(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Add a corner; a drag closes the outline."""
         if not press.drags:
             self._click(press.point, event.shift, host)

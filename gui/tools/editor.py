@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -20,7 +21,7 @@ from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import Result, Tool, ToolOptions
-from .edge_data import EdgeData, EdgeDataSource
+from .edge_data import EdgeData, find_edge_data
 from .kinds import KINDS, make_tools
 
 
@@ -51,7 +52,10 @@ class Editor(QObject):
         super().__init__(parent)
         self._workspace = workspace
         self._views = views
-        self.edge_data_source = EdgeDataSource(LatestRequest(self, self._take_error))
+        self._edge_requests = LatestRequest(self, self._take_error)
+        self._edge_data: EdgeData | None = None
+        self._edges_of: tuple[Document, BlockParameters] | None = None
+        """Whose edges `_edge_data` are, or will be."""
         self._jobs = LatestRequest(self, self._take_error)
         self.tools = make_tools()
         self.options = ToolOptions()
@@ -143,11 +147,13 @@ class Editor(QObject):
     def _turn(self) -> None:
         """Update after a change of the current frame."""
         self._pointer = None
-        self.edge_data_source.turn_to(self._workspace.current if self._workspace.has_current else None)
+        if self._edges_of is not None and not self._workspace.is_shown(self._edges_of[0]):
+            self._edges_of = self._edge_data = None
+            self._edge_requests.forget()
         self._look_ahead()
 
     def _look_ahead(self) -> None:
-        """Start computing the aid before it is needed."""
+        """Start finding the edges before they are needed."""
         by_edges = self.options.similar_only or "similar_only" not in self.tool.options
         if self._workspace.has_current and self.tool.guided and by_edges:
             _ = self.edge_data
@@ -193,9 +199,19 @@ class Editor(QObject):
 
     @property
     def edge_data(self) -> EdgeData | None:
-        """Edges and regions of the current frame; None while they are being computed."""
-        parameters = self.document.blocks.extraction or self._workspace.parameters.extraction
-        return self.edge_data_source.of(self.document, parameters)
+        """Edges and regions of the current frame; None while they are being computed.
+
+        Later changes of the invalid mask do not change them.
+        """
+        of = self.document, self.document.blocks.extraction or BlockParameters()
+        if of != self._edges_of:
+            self._edges_of, self._edge_data = of, None
+            self._edge_requests.forget()
+            self._edge_requests.ask(partial(find_edge_data, of[0].frame, of[1]), self._take_edge_data)
+        return self._edge_data
+
+    def _take_edge_data(self, edge_data: EdgeData) -> None:
+        self._edge_data = edge_data
 
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         """Make a change of the label map, with what it would leave behind, one undo step."""

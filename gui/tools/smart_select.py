@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,48 +30,14 @@ _CROSS = 4.0
 """Half the width of the cross at a point that was taken away [screen pixels]."""
 
 
-@dataclass(frozen=True)
-class _Click:
-    """Points that are added or taken away, of a click or a stroke, and their steps from part to object."""
+class _Mark(NamedTuple):
+    """What is added or taken away: the points of a click or a stroke, or two corners of a box; and its steps from part
+    to object."""
 
     points: tuple[Point, ...]
-    inside: bool
+    inside: bool = True
     steps: int = 0
-
-
-@dataclass(frozen=True)
-class _Clicks:
-    """What determines a selection: clicks in order, a box, and the steps of the box or of the next click."""
-
-    clicks: tuple[_Click, ...] = ()
-    box: QRectF | None = None
-    steps: int = 0
-
-    def __bool__(self) -> bool:
-        return bool(self.clicks) or self.box is not None
-
-    def strokes(self, inside: bool) -> list[tuple[Point, ...]]:
-        """The points of the clicks inside, or of those outside."""
-        return [click.points for click in self.clicks if click.inside == inside]
-
-    def added(self, points: tuple[Point, ...], inside: bool) -> _Clicks:
-        """The same with another click."""
-        steps = 0 if self.box is not None or not inside else self.steps
-        return _Clicks((*self.clicks, _Click(points, inside, steps)), self.box, self.steps - steps)
-
-    def stepped(self, steps: int) -> _Clicks:
-        """The same with further steps at the last click inside, or else at the box, or else at the next click."""
-        inside = [number for number, click in enumerate(self.clicks) if click.inside]
-        if not inside:
-            return replace(self, steps=self.steps + steps)
-        last = self.clicks[inside[-1]]
-        changed = (*self.clicks[: inside[-1]], replace(last, steps=last.steps + steps), *self.clicks[inside[-1] + 1 :])
-        return replace(self, clicks=changed)
-
-    @property
-    def sized(self) -> bool:
-        """Whether steps change what is selected."""
-        return self.box is not None or any(click.inside for click in self.clicks)
+    is_box: bool = False
 
 
 class SmartSelectTool(Tool):
@@ -91,7 +58,10 @@ class SmartSelectTool(Tool):
     def __init__(self) -> None:
         self._stroke: list[Point] = []
         """The stroke in progress, if it is one."""
-        self._clicks = _Clicks()
+        self._marks: tuple[_Mark, ...] = ()
+        """What determines the selection, in order; a box is the first."""
+        self._steps = 0
+        """The steps of the next click, while there is none."""
         self._label = 0
         """The block that the selection changes; 0 for a new one."""
         self._name = ""
@@ -101,14 +71,14 @@ class SmartSelectTool(Tool):
         """What a click at the pointer would change."""
         self._finishes = False
         """Whether Enter was pressed while the selection was being computed."""
-        self._before_steps: tuple[_Clicks, Mask] | None = None
+        self._before_steps: tuple[tuple[_Mark, ...], Mask] | None = None
         """What was selected before the wheel was turned, and with what, until its effect is known."""
         self._pixel = 1.0
 
     @property
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
-        if self._clicks:
+        if self._marks:
             end = f"change {self._name}" if self._label else "make it a block"
             return (
                 f"Enter: {end} | click or Shift+drag: add | with Ctrl: take away | "
@@ -122,7 +92,7 @@ class SmartSelectTool(Tool):
     @property
     def busy(self) -> bool:
         """Whether there is a selection, or the button is pressed."""
-        return self._press is not None or bool(self._clicks)
+        return self._press is not None or bool(self._marks)
 
     def pointer(self, event: PointerEvent, host: Host) -> bool:
         """Add a click, a stroke or a box on release; step with the wheel; otherwise show what a click would change."""
@@ -138,7 +108,7 @@ class SmartSelectTool(Tool):
                 self._add(press, event, host)
             case PointerKind.WHEEL:
                 self._step(event, host)
-            case PointerKind.HOVER if self._mask is not None or not self._clicks:
+            case PointerKind.HOVER if self._mask is not None or not self._marks:
                 self._look_ahead(event, host)
             case PointerKind.LEAVE if self._press is None:
                 self._next = None
@@ -148,16 +118,15 @@ class SmartSelectTool(Tool):
     def cancel(self, host: Host) -> None:
         """Drop the selection."""
         self._press = self._mask = self._next = self._before_steps = None
-        self._clicks, self._finishes = _Clicks(), False
+        self._marks, self._steps, self._finishes = (), 0, False
         host.show_preview(None)
 
     def undo_last(self, host: Host) -> bool:
         """Remove the last click, or else the box."""
-        if not self._clicks:
+        if not self._marks:
             return False
-        clicks = self._clicks.clicks
-        self._clicks = replace(self._clicks, clicks=clicks[:-1]) if clicks else _Clicks()
-        if self._clicks:
+        self._marks = self._marks[:-1]
+        if self._marks:
             self._update(host)
         else:
             self.cancel(host)
@@ -165,7 +134,7 @@ class SmartSelectTool(Tool):
 
     def finish(self, host: Host) -> bool:
         """Make the selection a block, or change the block with which it started."""
-        if not self._clicks:
+        if not self._marks:
             return False
         mask, self._finishes = self._mask, self._mask is None
         if mask is None:
@@ -199,50 +168,59 @@ class SmartSelectTool(Tool):
         """Add a click or a stroke, or start anew with a box."""
         height, width = host.document.labels.shape
         is_box = press.drags and not self._stroke
-        label = self._label if self._clicks else 0 if is_box else _start(event, host)
-        if not self._clicks and label in host.document.locked:
+        label = self._label if self._marks else 0 if is_box else _start(event, host)
+        if not self._marks and label in host.document.locked:
             self._show(host)
             check_unlocked(host.document, [label])
         if is_box:
             box = press.box_to(event).intersected(QRectF(0, 0, width, height))
-            self._clicks = _Clicks() if box.isEmpty() else _Clicks(box=box)
+            corners = box.topLeft().toTuple(), box.bottomRight().toTuple()
+            self._marks, self._steps = () if box.isEmpty() else (_Mark(corners, is_box=True),), 0
         else:
             drawn = self._stroke if press.drags else [(event.x, event.y)]
             points = tuple((x, y) for x, y in drawn if 0 <= x < width and 0 <= y < height)
-            if event.opposite and not self._clicks and not label:
+            if event.opposite and not self._marks and not label:
                 host.show_message(
                     "There is nothing to take away yet: click what you want to select, or select a block."
                 )
             elif points:
-                self._clicks = self._clicks.added(points, inside=not event.opposite)
+                self._marks = self._with(points, inside=not event.opposite)
+                self._steps = self._steps if event.opposite else 0
         self._stroke, self._label, self._name = [], label, host.document.info(label).name if label else ""
-        if self._clicks:
+        if self._marks:
             self._update(host)
         else:
             self._show(host)
 
     def _step(self, event: PointerEvent, host: Host) -> None:
         """Step to a larger or smaller region."""
-        if self._clicks and not self._clicks.sized:
+        inside = [number for number, mark in enumerate(self._marks) if mark.inside]
+        if not self._marks:
+            self._steps += event.steps
+            self._look_ahead(event, host)
+            return
+        if not inside:
             raise InputError("Sizes belong to what a click or a box adds: click what you want to add first.")
         before = self._before_steps
         if before is None and self._mask is not None:
-            before = self._clicks, self._mask
-        self._clicks = self._clicks.stepped(event.steps)
-        if self._clicks:
-            self._update(host)
-            self._before_steps = before
-        else:
-            self._look_ahead(event, host)
+            before = self._marks, self._mask
+        marks = list(self._marks)
+        marks[inside[-1]] = marks[inside[-1]]._replace(steps=marks[inside[-1]].steps + event.steps)
+        self._marks = tuple(marks)
+        self._update(host)
+        self._before_steps = before
+
+    def _with(self, points: tuple[Point, ...], inside: bool) -> tuple[_Mark, ...]:
+        """The marks with another click or stroke."""
+        return *self._marks, _Mark(points, inside, self._steps if inside else 0)
 
     def _tell_if_same(self, mask: Mask, host: Host) -> None:
         """Say why the wheel has changed nothing, and forget its steps, so that the next one back has an effect."""
         before, self._before_steps = self._before_steps, None
         if before is None or not np.array_equal(before[1], mask):
             return
-        larger = sum(click.steps for click in self._clicks.clicks) + self._clicks.steps
-        former = sum(click.steps for click in before[0].clicks) + before[0].steps
-        self._clicks = before[0]
+        former, larger = (sum(mark.steps for mark in marks) for marks in (before[0], self._marks))
+        self._marks = before[0]
         if larger > former:
             host.show_message("There is no larger region here: click what else belongs to it, or drag a box around it.")
         elif larger < former:
@@ -251,11 +229,11 @@ class SmartSelectTool(Tool):
     def _update(self, host: Host) -> None:
         """Compute the selection in the background."""
         self._mask = self._next = self._before_steps = None
-        find = _search(self._clicks, self._label, host)
-        host.run_in_background(find, partial(self._take, host, self._clicks))
+        find = _search(self._marks, self._label, host)
+        host.run_in_background(find, partial(self._take, host, self._marks))
 
-    def _take(self, host: Host, clicks: _Clicks, mask: Mask) -> None:
-        if clicks is not self._clicks or self._press is not None:
+    def _take(self, host: Host, marks: tuple[_Mark, ...], mask: Mask) -> None:
+        if marks is not self._marks or self._press is not None:
             return
         self._mask = mask
         self._tell_if_same(mask, host)
@@ -266,20 +244,20 @@ class SmartSelectTool(Tool):
     def _look_ahead(self, event: PointerEvent, host: Host) -> None:
         """Compute what a click would change, in the background."""
         height, width = host.document.labels.shape
-        label = self._label if self._clicks else _start(event, host)
+        label = self._label if self._marks else _start(event, host)
         inside_frame = 0 <= event.x < width and 0 <= event.y < height
         if not inside_frame:
             self._next = None
             self._show(host)
             return
         before = self._mask if self._mask is not None else host.document.labels == label if label else None
-        inside = not event.opposite or not (self._clicks or label)  # Ctrl may be held for the wheel
-        after = _search(self._clicks.added(((event.x, event.y),), inside=inside), label, host)
+        inside = not event.opposite or not (self._marks or label)  # Ctrl may be held for the wheel
+        after = _search(self._with(((event.x, event.y),), inside), label, host)
         find = partial(_difference, before, after)
-        host.run_in_background(find, partial(self._take_next, host, self._clicks))
+        host.run_in_background(find, partial(self._take_next, host, self._marks))
 
-    def _take_next(self, host: Host, clicks: _Clicks, mask: Mask) -> None:
-        if clicks is self._clicks and self._press is None:
+    def _take_next(self, host: Host, marks: tuple[_Mark, ...], mask: Mask) -> None:
+        if marks is self._marks and self._press is None:
             self._next = mask
             self._show(host)
 
@@ -291,11 +269,13 @@ class SmartSelectTool(Tool):
         changed = QPainterPath()
         if self._label and self._mask is not None:
             changed = filled_path(self._mask ^ (host.document.labels == self._label))
-        for click in self._clicks.clicks:
-            (x, y), *further = click.points
+        for mark in self._marks:
+            if mark.is_box:
+                continue
+            (x, y), *further = mark.points
             if further:
-                path.addPath(line_path(click.points))
-            if click.inside:
+                path.addPath(line_path(mark.points))
+            if mark.inside:
                 corners.append((x, y))
                 continue
             for slope in (-1, 1):
@@ -311,20 +291,23 @@ def _start(event: PointerEvent, host: Host) -> int:
     return selected[0] if selected and (event.shift or event.opposite) else 0
 
 
-def _search(clicks: _Clicks, label: int, host: Host) -> partial[Mask]:
+def _search(marks: Sequence[_Mark], label: int, host: Host) -> partial[Mask]:
     """Return a function that computes the selection."""
-    return partial(_selected, host.document.frame, clicks, host.document.labels == label if label else None)
+    return partial(_selected, host.document.frame, marks, host.document.labels == label if label else None)
 
 
-def _selected(frame: RGBDFrame, clicks: _Clicks, start: Mask | None) -> Mask:
+def _selected(frame: RGBDFrame, marks: Sequence[_Mark], start: Mask | None) -> Mask:
     """What a box selects, and then clicks add or take away."""
-    if (box := clicks.box) is not None:
-        corners = box.left(), box.top(), box.right(), box.bottom()
-        start = select_region(frame, (), box=corners, steps=clicks.steps, start=start)
-    if start is not None and not clicks.clicks:
+    if marks and marks[0].is_box:
+        box, *marks = marks
+        start = select_region(frame, (), box=(*box.points[0], *box.points[1]), steps=box.steps, start=start)
+    if start is not None and not marks:
         return start
-    steps = [click.steps for click in clicks.clicks if click.inside]
-    return select_region(frame, clicks.strokes(inside=True), clicks.strokes(inside=False), steps=steps, start=start)
+    inside = [mark for mark in marks if mark.inside]
+    outside = [mark.points for mark in marks if not mark.inside]
+    return select_region(
+        frame, [mark.points for mark in inside], outside, steps=[mark.steps for mark in inside], start=start
+    )
 
 
 def _difference(before: Mask | None, find: partial[Mask]) -> Mask:

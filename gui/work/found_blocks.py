@@ -1,9 +1,8 @@
-"""An extraction with its frame, parameters and duration."""
+"""An extraction with its parameters."""
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,25 +13,16 @@ from ilf.data.parameters import BlockParameters
 from ilf.segmentation.extraction import Extraction, extract
 
 
-@dataclass(frozen=True, eq=False)
-class FoundBlocks:
-    """The result of EBS for a frame; `seconds` is its duration [s]."""
+class FoundBlocks(NamedTuple):
+    """The result of EBS for a frame."""
 
-    frame: RGBDFrame
     parameters: BlockParameters
     extraction: Extraction
-    seconds: float
-
-    def matches(self, frame: RGBDFrame, parameters: BlockParameters) -> bool:
-        """Whether this is the extraction of that frame with those parameters."""
-        return self.frame is frame and self.parameters == parameters
 
 
 def find(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
     """Extract the blocks of a frame."""
-    begun = time.perf_counter()
-    extraction = extract(frame, parameters)
-    return FoundBlocks(frame, parameters, extraction, time.perf_counter() - begun)
+    return FoundBlocks(parameters, extract(frame, parameters))
 
 
 def describe_blocks(count: int, labels: NDArray[np.int32]) -> str:

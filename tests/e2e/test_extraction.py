@@ -116,15 +116,13 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged, qtbot):
     assert document.undo_stack.count() == steps
 
 
-def test_extract_takes_what_the_preview_has_found_at_once(staged, qtbot, monkeypatch):
+def test_extract_takes_what_the_preview_has_found(staged, qtbot):
     document = staged.workspace.current
     before = document.labels.copy()
     staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
     _settle(staged, qtbot)
     expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
-    monkeypatch.delattr("gui.project.loading.find")
-    staged.actions_["extract"].trigger()
-    assert not staged.loader.busy
+    loaded(staged, qtbot, staged.actions_["extract"].trigger)
     np.testing.assert_array_equal(document.labels, expected)
     assert not np.array_equal(expected, before)
     assert not document.blocks.edited
@@ -241,7 +239,7 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_
     _settle(staged, qtbot)
     assert "Canny" in _summary(staged)
     assert "elsewhere" in _summary(staged)
-    staged.actions_["extract"].trigger()
+    loaded(staged, qtbot, staged.actions_["extract"].trigger)
     assert "elsewhere" in said[-1]
     staged.views.sheet.set_layout("grid")
     staged.workspace.parameters.set_extraction(ilf.BlockParameters(model="elsewhere", min_size=1.0))
@@ -280,7 +278,7 @@ def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
     (mine,) = document.selected
     drag(staged, [(48, 24)], release=False)
     assert (document.labels == mine).any()
-    staged.actions_["extract"].trigger()
+    loaded(staged, qtbot, staged.actions_["extract"].trigger)
     let_go(staged, (48, 24))
     assert len(document.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
     assert not document.blocks.edited

@@ -156,10 +156,7 @@ def outcome_steps(
     evaluated = [replace(found, labels=present.blocks.labels) for found in results]
     errors = {0: area_errors(evaluated)}
     for label in evaluated[0].blocks:
-        of_block = tuple(one.blocks.get(label, Evaluation()) for one in evaluated)
-        several = len(evaluated) > 1
-        best = area_errors([one.of_block(label) for one in evaluated]).best if several else None
-        errors[label] = AreaErrors(of_block, best)
+        errors[label] = area_errors([one.of_block(label) for one in evaluated])
     return HoldOutOutcome(test, present, chosen, [found.coverage for found in results], errors, datetime.now())
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from ilf._runtime.formatting import counted
+from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import clean_up, count_slivers, delete, grow, merge, shrink, smooth
 from ilf.segmentation.editing.cutting import piece_at
 from ilf.segmentation.editing.patches import LabelPatch
 
 from ...base.commands import command
 from ...base.needs import Need
+from ...tools.base import check_unlocked
 from ...tools.editor import sliver_size
 from ...tools.give import give_piece
 from ...tools.select import merge_blocks
@@ -29,17 +32,18 @@ class BlockCommands(Feature):
     def delete(self) -> None:
         """Delete the selected blocks."""
         document = self._workspace.current
-        if self._warn_if_locked("delete"):
-            return
-        if self._edit(lambda: delete(document.labels, document.selected, document.locked), self._text("Delete")):
-            self._workspace.select([])
+
+        def act() -> None:
+            check_unlocked(document, document.selected)
+            if document.edit(delete(document.labels, document.selected, document.locked), self._text("Delete")):
+                self._workspace.select([])
+
+        self._attempt(act)
 
     @command("merge_blocks", "&Merge blocks", icon="ph.intersect", keys="Ctrl+M", needs=Need.SEVERAL)
     def merge(self) -> None:
         """Merge the selected blocks into one."""
-        chosen = list(self._workspace.current.selected)
-        self._editor.cancel()
-        self._editor.attempt(lambda: merge_blocks(self._editor, chosen))
+        self._attempt(lambda: merge_blocks(self._editor, list(self._workspace.current.selected)))
 
     def _why_none_selected(self) -> str:
         """Unlike for other commands, a selected block may have no pixels yet."""
@@ -123,7 +127,7 @@ class BlockCommands(Feature):
         smallest = sliver_size(document.labels.size)
         self._editor.cancel()
         found = count_slivers(document.labels, smallest, locked=document.locked)
-        if self._edit(lambda: clean_up(document.labels, smallest, document.locked), "Clean up"):
+        if document.edit(clean_up(document.labels, smallest, document.locked), "Clean up"):
             self._editor.show_message(f"{counted(found, 'sliver')} of less than {smallest} px cleaned up.")
         else:
             self._editor.show_message(f"There are no islands, slivers or holes of less than {smallest} px.")
@@ -131,26 +135,20 @@ class BlockCommands(Feature):
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
         """Grow, shrink or smooth all selected blocks, as one undo step."""
         document, amount = self._workspace.current, self._editor.options.amount
-        if self._warn_if_locked(verb.lower()):
-            return
-        text = f"{self._text(verb)} by {amount} px"
-        self._editor.cancel()
-        for label in document.selected:
-            document.stroke(change(document.labels, label, amount, document.locked))
-        if not self._editor.commit(document.drop_stroke(), text, document.chosen):
-            self._editor.show_message(f"{verb}: nothing to change by {amount} px here.")
 
-    def _edit(self, edit: Callable[[], LabelPatch | None], text: str) -> bool:
+        def act() -> None:
+            check_unlocked(document, document.selected)
+            for label in document.selected:
+                document.stroke(change(document.labels, label, amount, document.locked))
+            if not self._editor.commit(document.drop_stroke(), f"{self._text(verb)} by {amount} px", document.chosen):
+                raise InputError(f"{verb}: nothing to change by {amount} px here.")
+
+        self._attempt(act)
+
+    def _attempt(self, act: Callable[[], object]) -> None:
         """Edit the label map after cancelling a stroke in progress."""
         self._editor.cancel()
-        return self._workspace.current.edit(edit(), text)
-
-    def _warn_if_locked(self, verb: str) -> bool:
-        document = self._workspace.current
-        locked = [label for label in document.selected if label in document.locked]
-        if locked:
-            self._editor.show_message(f"{document.info(locked[0]).name} is locked. Unlock it to {verb} it.")
-        return bool(locked)
+        self._editor.attempt(act)
 
     def _text(self, verb: str) -> str:
         document = self._workspace.current
@@ -169,29 +167,22 @@ class BlockCommands(Feature):
         if label == 0:
             return []
         name = document.info(label).name
-        offers: list[tuple[str, Callable[[], object]]] = []
+        offers: dict[str, Callable[[], object]] = {}
         if before and label != before[0]:
             taker = document.info(before[0]).name
-            offers = [
-                (f"Give this piece to {taker}", lambda: self._give(x, y, before)),
-                (f"Merge {name} into {taker}", lambda: self._merge_into(before[0], label)),
-            ]
-        split = f"Split {name} along the suggested line"
-        return [*offers, (split, lambda: self._editor.attempt(lambda: cut_suggested(self._editor, label)))]
+            offers[f"Give this piece to {taker}"] = lambda: self._give(x, y, before)
+            offers[f"Merge {name} into {taker}"] = lambda: self._merge_into(before[0], label)
+        offers[f"Split {name} along the suggested line"] = lambda: cut_suggested(self._editor, label)
+        return [(text, partial(self._attempt, act)) for text, act in offers.items()]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
         document = self._workspace.current
-        source = document.label_at(x, y)
         self._workspace.select(chosen)
-        piece = piece_at(document.labels, x, y)
-        self._editor.attempt(lambda: give_piece(self._editor, piece, source))
+        give_piece(self._editor, piece_at(document.labels, x, y), document.label_at(x, y))
 
     def _merge_into(self, taker: int, other: int) -> None:
         document = self._workspace.current
-        for label in (taker, other):
-            if label in document.locked:
-                self._editor.show_message(f"{document.info(label).name} is locked. Unlock it to merge it.")
-                return
+        check_unlocked(document, [taker, other])
         text = f"Merge into {document.info(taker).name}"
         self._editor.commit(merge(document.labels, [taker, other], document.locked), text, taker)
         self._workspace.select([taker])
