@@ -15,7 +15,7 @@ from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.label_map import Block, within
 from ..data.pixel_grids import strips
-from ..segmentation.editing.patches import grown
+from ..segmentation.editing.patches import bounds, grown, moved
 from .edge_aware.view import WELL_KNOWN, flying_pixels
 from .interpolation import filled_from_nearest
 from .plain_surfaces import similar_neighbours
@@ -46,10 +46,10 @@ _BESIDE = 3
 _AROUND = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _BESIDE + 1] * 2)
 """Pixels around those of a rim that are solved for, too: missing ones, and known ones, which wrong samples may be."""
 
-_SWEEPS = 60
+_SWEEPS = 40
 
 _ROWS, _HALO = 512, 24
-"""Rows that are solved together, and those beside them that matter: values fade within a few pixels of known depth."""
+"""Rows that are solved together, and pixels beside them that matter: values fade within a few pixels of known depth."""
 
 
 def depth_at_rims(frame: RGBDFrame, block: Block, drawn: Mask | None = None) -> Array:
@@ -78,11 +78,13 @@ def depth_at_rims(frame: RGBDFrame, block: Block, drawn: Mask | None = None) -> 
         border[own] &= drawn
         rims &= cv2.dilate(border.view(np.uint8), _REACH) == 0
     found = np.full(depth.shape, np.nan, np.float32)
-    for rows, wider, inner in strips(len(found), _HALO, _ROWS):
+    for rows, *_ in strips(len(found), rows=_ROWS):
         check_cancelled()
-        if rims[rows].any():
+        if (some := bounds(rims[rows])) is not None:
+            here = moved(some, rows.start, 0)
+            wider = grown(here, _HALO, found.shape)
             values = _by_colour(frame.edge_rgb[box][wider], depth[wider], rims[wider], own[wider])
-            found[rows] = np.where(rims[wider], values, np.float32(np.nan))[inner]
+            found[here] = np.where(rims[here], values[within(here, wider)], np.float32(np.nan))
     known = depth[own & np.isfinite(depth)]
     if known.size >= WELL_KNOWN * np.count_nonzero(own):
         np.clip(found, known.min(), known.max(), out=found)

@@ -43,7 +43,7 @@ def test_depth_is_that_of_the_side_of_its_colour(missing, contour):
     side = np.where(contour > COLUMNS, 1.0, 2.0)
     gap = range(missing.start, missing.stop)
     rim = [*gap[:2], *gap[-2:]]
-    np.testing.assert_allclose(completed[:, rim], side[:, rim], rtol=0.05)
+    np.testing.assert_allclose(completed[:, rim], side[:, rim], rtol=0.12)
     assert np.abs(completed - filtered)[:, rim].max() > 0.05 or missing is not THIN
     assert np.array_equal(completed[:, : gap[0]], STEP[:, : gap[0]])  # what is measured is kept
 
