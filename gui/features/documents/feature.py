@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QApplication, QFileDialog
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
@@ -218,8 +218,15 @@ class DocumentsFeature(Feature):
             self.save_picture(path)
 
     def save_picture(self, path: str) -> bool:
-        """Save a picture of the views as PNG; return False, with a message, if the file cannot be written."""
+        """Save a picture of the views as PNG, without crosshair and focus; return False, with a message, if the file
+        cannot be written."""
+        focused = QApplication.focusWidget()
+        self.context.views.point_at(None)
+        if focused is not None:
+            focused.clearFocus()
         saved = self.context.centre.picture().save(path, "PNG")
+        if focused is not None:
+            focused.setFocus()
         if saved:
             self._notes.show_message(f"Saved {path}")
         else:
