@@ -171,10 +171,10 @@ def similar_neighbours(
     csr_array of float64, shape (N, N)
         Rows of sum 1, or 0 for a pixel without neighbours.
     """
-    rim = np.pad(pixels, 1)
-    number, places = np.cumsum(rim) - 1, np.flatnonzero(rim)
-    around = places + (_NEIGHBOURS @ np.array([rim.shape[1], 1]))[:, np.newaxis]
-    weights = np.where(rim.ravel()[around], _affinities(grey, places, around), 0.0)
+    padded = np.pad(pixels, 1)
+    number, places = np.cumsum(padded) - 1, np.flatnonzero(padded)
+    around = places + (_NEIGHBOURS @ np.array([padded.shape[1], 1]))[:, np.newaxis]
+    weights = np.where(padded.ravel()[around], _affinities(grey, places, around), 0.0)
     if block is not None:
         own = np.pad(block, 1).ravel()
         weights[own[around] != own[places]] *= _ACROSS

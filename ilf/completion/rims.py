@@ -14,10 +14,9 @@ from .._runtime.cancellation import check_cancelled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.label_map import Block, within
-from ..data.pixel_grids import strips
+from ..data.pixel_grids import filled_from_nearest, strips
 from ..segmentation.editing.patches import bounds, grown, moved
 from .edge_aware.view import WELL_KNOWN, flying_pixels
-from .interpolation import filled_from_nearest
 from .plain_surfaces import similar_neighbours
 
 Array = NDArray[np.float32]
@@ -47,6 +46,7 @@ _AROUND = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, [2 * _BESIDE + 1] * 2)
 """Pixels around those of a rim that are solved for, too: missing ones, and known ones, which wrong samples may be."""
 
 _SWEEPS = 40
+"""Number of Jacobi iterations."""
 
 _ROWS, _HALO = 512, 24
 """Rows that are solved together, and pixels beside them that matter: values fade within a few pixels of known depth."""

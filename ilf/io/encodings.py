@@ -92,7 +92,7 @@ class DepthEncoding:
 KINECT_DISPARITY = "nyu-raw", "kinect-raw"
 """Names of the encodings that have a value for missing depth."""
 
-_Decoder = Callable[[NDArray[np.uint16]], NDArray[Any]]
+_Decoder = Callable[[NDArray[Any]], NDArray[Any]]
 
 _FIXED: dict[str, tuple[float, _Decoder | None, str]] = {
     "mm": (1000.0, None, "millimetres"),
@@ -110,8 +110,10 @@ _FIXED: dict[str, tuple[float, _Decoder | None, str]] = {
     "mm-swapped": (1000.0, lambda v: v.byteswap(), "millimetres with swapped bytes"),
     "depth16": (1000.0, lambda v: v & 0x1FFF, "millimetres below three bits of confidence (Android's DEPTH16)"),
     "float16": (1.0, lambda v: v.view(np.float16), "metres, half-precision floats as 16-bit integers (CO3D)"),
+    "float32": (1.0, lambda v: v.view(np.float32), "metres, floats in four channels, lowest in blue (TartanAir V2)"),
 }
-"""Name -> units per metre; what decodes 16-bit integers to depth in them, None if they are that; and description."""
+"""Name -> units per metre; what decodes 16-bit integers, or the bits of `_PACKED` channels, to depth in them, None if
+they are that; and description."""
 
 
 def _of_kinect(values: NDArray[np.uint16]) -> NDArray[np.float64]:
@@ -122,28 +124,19 @@ def _of_kinect(values: NDArray[np.uint16]) -> NDArray[np.float64]:
 def _fixed(name: str, units: float, decode: _Decoder | None) -> DepthEncoding:
     if decode is None:
         return DepthEncoding(None, units)
+    channels = _PACKED.get(name, "")
+    kind, stored = (np.uint32, "four channels of 8 bits") if channels else (np.uint16, "16-bit integers")
 
     def checked(values: NDArray[Any]) -> NDArray[Any]:
-        if values.dtype != np.uint16:
-            raise FormatError(f"This depth encoding applies to 16-bit integers, not to {values.dtype}. Give another.")
+        if values.dtype != kind:
+            raise FormatError(f"This depth encoding applies to {stored}, not to {values.dtype}. Give another.")
         return decode(np.ascontiguousarray(values))
 
-    return DepthEncoding(name, units, checked, _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH)
+    farthest = _FARTHEST_KINECT if name in KINECT_DISPARITY else FARTHEST_DEPTH
+    return DepthEncoding(name, units, checked, farthest, channels)
 
-
-def _of_floats(values: NDArray[Any]) -> NDArray[np.float32]:
-    """Depth [m] in single precision, whose bits are those of four channels."""
-    if values.dtype != np.uint32:
-        raise FormatError(
-            f"This depth encoding applies to four channels of 8 bits, not to {values.dtype}. Give another."
-        )
-    return np.ascontiguousarray(values).view(np.float32)
-
-
-_FLOATS = "metres, the bits of floats in four channels, lowest in blue (TartanAir V2)"
 
 ENCODINGS = {name: _fixed(name, units, decode) for name, (units, decode, _) in _FIXED.items()}
-ENCODINGS["float32"] = DepthEncoding("float32", 1.0, _of_floats, channels=_PACKED["float32"])
 """Name -> encoding. `ENCODING_DESCRIPTIONS` also has those with numbers of their own."""
 
 
@@ -335,11 +328,7 @@ _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
 }
 """Name -> what makes the encoding of the numbers behind it, and description."""
 
-ENCODING_DESCRIPTIONS = {
-    **{name: text for name, (_, _, text) in _FIXED.items()},
-    "float32": _FLOATS,
-    **{name: text for name, (_, text) in _WITH_NUMBERS.items()},
-}
+ENCODING_DESCRIPTIONS = {name: str(row[-1]) for table in (_FIXED, _WITH_NUMBERS) for name, row in table.items()}
 """Name -> description, for all names that `encoding_of` accepts."""
 
 
