@@ -147,14 +147,17 @@ def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDAr
     InputError
         If there are more than `MAX_UNKNOWNS` values.
     """
-    links = similar_neighbours(grey, np.ones(grey.shape, bool))
+    weights, neighbours = similar_neighbours(grey, np.ones(grey.shape, bool))
+    present = weights > 0
+    rows = np.broadcast_to(np.arange(grey.size), weights.shape)[present]
+    links = csr_array((weights[present], (rows, neighbours[present])), shape=(grey.size, grey.size))
     matrix = diags_array(1.0 + np.isfinite(depth).ravel()) - links
     return solve(matrix.tocsc(), np.nan_to_num(depth).ravel()).reshape(depth.shape)
 
 
 def similar_neighbours(
     grey: NDArray[np.float64], pixels: NDArray[np.bool_], block: NDArray[np.bool_] | None = None
-) -> csr_array:
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     """The weights by which each of some pixels is the mean of those around it.
 
     Parameters
@@ -168,8 +171,10 @@ def similar_neighbours(
 
     Returns
     -------
-    csr_array of float64, shape (N, N)
-        Rows of sum 1, or 0 for a pixel without neighbours.
+    weights : ndarray of float64, shape (8, N)
+        Of sum 1, or 0 for a pixel without neighbours.
+    neighbours : ndarray of int, shape (8, N)
+        Which of the pixels they belong to, in rows from the top; where a weight is 0, any of them.
     """
     padded = np.pad(pixels, 1)
     number, places = np.cumsum(padded) - 1, np.flatnonzero(padded)
@@ -179,9 +184,7 @@ def similar_neighbours(
         own = np.pad(block, 1).ravel()
         weights[own[around] != own[places]] *= _ACROSS
     weights /= np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
-    present = weights > 0
-    rows = np.broadcast_to(np.arange(places.size), weights.shape)[present]
-    return csr_array((weights[present], (rows, number[around[present]])), shape=(places.size, places.size))
+    return weights, np.maximum(number[around], 0)
 
 
 def _affinities(grey: NDArray[np.float64], places: NDArray[np.intp], around: NDArray[np.intp]) -> NDArray[np.float64]:

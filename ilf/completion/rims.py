@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
+from .._runtime.compiling import compiled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.label_map import Block, within
@@ -95,15 +96,31 @@ def _by_colour(rgb: NDArray[np.uint8], depth: Array, rims: Mask, own: Mask) -> A
     """Colourisation at the rims of a block, as Jacobi's iteration from the nearest known depth leaves it."""
     around = cv2.dilate(rims.view(np.uint8), _AROUND).view(bool)
     grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY).astype(np.float64) / 255.0
-    links = similar_neighbours(grey, around, own).astype(np.float32)
+    weights, neighbours = similar_neighbours(grey, around, own)
     known = np.isfinite(depth[around])
     given, share = np.where(known, depth[around], np.float32(0)), np.where(known, np.float32(0.5), np.float32(1))
     result = filled_from_nearest(depth)
-    values = result[around]
-    for _ in range(_SWEEPS):
-        values = share * (links @ values + given)
-    result[around] = values
+    links = (share * weights).astype(np.float32)
+    result[around] = _relaxed(links, neighbours, share * given, result[around], _SWEEPS)
     return result
+
+
+def _relax(links: Array, neighbours: NDArray[np.intp], given: Array, values: Array, sweeps: int) -> Array:
+    for _ in range(sweeps):
+        new = given.copy()
+        for k in range(len(links)):
+            for n in range(new.size):
+                new[n] += links[k, n] * values[neighbours[k, n]]
+        values = new
+    return values
+
+
+@compiled(_relax)
+def _relaxed(links: Array, neighbours: NDArray[np.intp], given: Array, values: Array, sweeps: int) -> Array:
+    """Jacobi's iteration: values become the sums of their eight neighbours by weights, and what is given."""
+    for _ in range(sweeps):
+        values = given + (links * values[neighbours]).sum(axis=0)
+    return values
 
 
 @once_per_frame
