@@ -14,9 +14,9 @@ from typing import Any, TextIO
 
 from .._runtime.files import is_address
 from .._runtime.installation import __version__, check_opencv
-from .._runtime.named_places import allow_address
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal
 from ..errors import IlfError, one_line, to_text, without_credentials
+from ..sources.named_places import allow_address
 from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
 
 COMMANDS = {
