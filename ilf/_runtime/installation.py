@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import platform
 import re
 import sys
 from collections.abc import Sequence
@@ -20,9 +19,6 @@ _CHILD = "--ilf-child"
 
 _OTHER_PACKAGES = {"libglib-2.0.so.0": "libglib2.0-0", "libgthread-2.0.so.0": "libglib2.0-0", "libz.so.1": "zlib1g"}
 """Shared library -> its package of Debian and Ubuntu, where that is not named by their rule."""
-
-_OTHER_OPENCV = "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless"
-"""Distributions that install into `cv2`, too."""
 
 _LIBRARY = re.compile(r"\blib[\w.+-]+\.so\.\d+")
 
@@ -114,54 +110,12 @@ def system_package(library: str) -> str:
 
 def check_opencv() -> None:
     """Raise InputError if a package of OpenCV 4 has replaced the files of OpenCV 5, which both install into `cv2`."""
-    for name in _OTHER_OPENCV:
-        if _version(name) and (loaded := str(import_module("cv2").__version__)) < "5":
-            raise InputError(
-                f"{name} has replaced OpenCV 5 by OpenCV {loaded}. Uninstall it, and then: "
-                "pip install --force-reinstall --no-deps opencv-python-headless"
-            )
-
-
-def _version(distribution: str) -> str | None:
-    """The version of an installed distribution."""
-    from importlib import metadata  # not before: children start without it
-
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return None
-
-
-# Versions of libraries, and the processor: what a result may depend on besides the run.
-
-# library that computes or writes results -> distributions that may contain it
-_DISTRIBUTIONS = {
-    "numpy": ("numpy",),
-    "scipy": ("scipy",),
-    "onnxruntime": ("onnxruntime", "onnxruntime-gpu", "onnxruntime-directml"),
-    "opencv": ("opencv-python-headless", *_OTHER_OPENCV),
-    "numba": ("numba",),
-}
-
-
-def library_versions() -> dict[str, str | None]:
-    """Return versions of Python and of the libraries that a result may depend on; None if not installed."""
-    versions: dict[str, str | None] = {"python": platform.python_version()}
-    for library, distributions in _DISTRIBUTIONS.items():
-        found = list(filter(None, map(_version, distributions)))
-        # if several are installed, all share the module installed last
-        imported = str(import_module("cv2").__version__) if library == "opencv" else ""
-        versions[library] = next(
-            (version for version in found if version.startswith(imported)), next(iter(found), None)
+    loaded = str(import_module("cv2").__version__)
+    if int(loaded.partition(".")[0]) < 5:
+        raise InputError(
+            f"OpenCV {loaded} has replaced OpenCV 5. Uninstall opencv-python and opencv-contrib-python, and then: "
+            "pip install --force-reinstall --no-deps opencv-python-headless"
         )
-    return versions
-
-
-def processor() -> str:
-    """Return the processor architecture and the SIMD extensions that numpy uses; they may change the last digits."""
-    found = import_module("numpy").show_config(mode="dicts") or {}
-    extensions = found.get("SIMD Extensions", {})
-    return " ".join([platform.machine(), *extensions.get("baseline", []), *extensions.get("found", [])])
 
 
 # Bundled files.
