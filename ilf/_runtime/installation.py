@@ -15,7 +15,7 @@ from types import ModuleType
 from ..errors import InputError
 
 _CHILD = "--ilf-child"
-"""First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
+"""First argument of a frozen program that runs as a child."""
 
 _OTHER_PACKAGES = {"libglib-2.0.so.0": "libglib2.0-0", "libgthread-2.0.so.0": "libglib2.0-0", "libz.so.1": "zlib1g"}
 """Shared library -> its package of Debian and Ubuntu, where that is not named by their rule."""
@@ -179,28 +179,23 @@ def user_path(kind: str, name: str, variable: str = "") -> Path:
 # Starting this program from itself.
 
 
-def child_command(module: str) -> list[str]:
-    """Return the command that runs the `main` of one of this program's modules in a separate process: by the Python
-    interpreter, or by this program itself if it is frozen.
+_CHILDREN = f"{__package__}.children"
+"""The module with the `main` of a child."""
 
-    Parameters
-    ----------
-    module : str
-        Its full name.
-    """
+
+def child_command() -> list[str]:
+    """Return the command that starts a child: by the Python interpreter, or by this program itself if it is frozen."""
     if is_frozen():
-        return [sys.executable, _CHILD, module]
+        return [sys.executable, _CHILD]
     # -P: do not import modules from the current folder
-    return [sys.executable, "-P", "-c", f"import sys; from {module} import main; sys.exit(main())"]
+    return [sys.executable, "-P", "-c", f"from {_CHILDREN} import main; main()"]
 
 
 def run_if_child() -> None:
-    """Run the child's work if this is a frozen program started as a child of itself, and do not return. Every entry
-    point calls this first."""
+    """Do the work of a child if this is a frozen program started as one, and do not return. Every entry point calls
+    this first."""
     if is_frozen() and sys.argv[1:2] == [_CHILD]:
-        module = sys.argv[2]
-        del sys.argv[1:3]  # the rest are the arguments of that `main`, which may be an entry point, too
-        sys.exit(import_module(module).main())
+        import_module(_CHILDREN).main()
 
 
 def is_frozen() -> bool:

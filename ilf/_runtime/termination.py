@@ -21,7 +21,7 @@ from typing import TextIO
 
 from ..errors import cause, without_credentials
 from .installation import __version__, user_path
-from .writing import private_file, remove_temporary_files, restrict_to_owner
+from .writing import private_file, remove_temporary_files
 
 LIMIT_S = 0.2
 """Time after a signal until the process is ended by force [s]: a library may be busy for longer without noticing the
@@ -190,5 +190,4 @@ def _opened() -> TextIO:
     if path.exists() and path.stat().st_size > _MAX_LOG_BYTES:
         os.replace(path, path.with_name(f"{path.name}.1"))
     private_file(path)
-    restrict_to_owner(path)
     return open(path, "a", encoding="utf-8", errors="backslashreplace")

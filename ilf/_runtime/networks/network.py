@@ -37,13 +37,9 @@ _READ_BYTES_PER_S = 4_000_000
 """Rate at which the slowest computers read a network."""
 
 
-def is_bundled(sha256: str) -> bool:
-    """Whether a network with this content is bundled."""
-    return sha256 in _bundled()
-
-
 @cache
 def _bundled() -> frozenset[str]:
+    """The hashes of the bundled networks."""
     sums = asset_path("models/SHA256SUMS").read_text(encoding="ascii")
     return frozenset(line.split()[0] for line in sums.splitlines())
 
@@ -123,7 +119,7 @@ class OnnxNetwork:
         sha256 = hashlib.sha256(content.data).hexdigest()
         remedy = f"Choose an intact ONNX file with its weights{cls.INSTEAD}."
         unreadable = f"{path.name} cannot be read as an ONNX network. {remedy}"
-        if is_bundled(sha256):
+        if sha256 in _bundled():
             return cls(Session(content), path, sha256)
         if _IN_OTHER_FILE.search(content.data):
             raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
