@@ -166,7 +166,9 @@ def log_error(error: BaseException) -> str:
     what = f"{type(error).__name__}: {message}"
     try:
         with _opened() as file:
-            file.write(f"{_head()}\n{without_credentials(''.join(traceback.format_exception(error)))}\n")
+            now, told = time.strftime("%Y-%m-%d %H:%M:%S"), "".join(traceback.format_exception(error))
+            file.write(f"{now} ILF Studio {__version__}, Python {platform.python_version()}, {platform.platform()}\n")
+            file.write(f"{without_credentials(told)}\n")
     except OSError as unwritable:
         return f"Unexpected error in the program ({what:.200}); the log cannot be written ({cause(unwritable)})."
     return f"Unexpected error in the program ({what:.200}). Please report it and attach {error_log_path()}"
@@ -178,11 +180,6 @@ def log_crashes() -> None:
     if not faulthandler.is_enabled():
         with suppress(OSError):
             faulthandler.enable(_opened())
-
-
-def _head() -> str:
-    now = time.strftime("%Y-%m-%d %H:%M:%S")
-    return f"{now} ILF Studio {__version__}, Python {platform.python_version()}, {platform.platform()}"
 
 
 def _opened() -> TextIO:
