@@ -37,8 +37,8 @@ def fetch(
     target: Path,
     size: int,
     sha256: str | None,
-    progress: Progress | None = None,
-    check: Callable[[Path, str], object] | None = None,
+    progress: Progress | None,
+    check: Callable[[Path, str], object],
 ) -> str:
     """Fetch a file, and return its SHA-256 in hexadecimal digits.
 
@@ -55,9 +55,9 @@ def fetch(
         Size of the file [bytes], which may be rounded.
     sha256 : str or None
         Its hash; None if it is not known.
-    progress : callable, optional
+    progress : callable or None
         See `Progress`.
-    check : callable, optional
+    check : callable
         Called with the path of the whole file and its hash before it appears; may raise.
 
     Raises
@@ -81,8 +81,7 @@ def fetch(
                 if sha256 not in {None, found}:
                     why = f"the SHA-256 is {found} instead of {sha256}"
                     raise InputError(f"{address}: {why}, so the file is not used. Try again, or ask its publisher.")
-                if check is not None:
-                    check(part, found)
+                check(part, found)
             except InputError:
                 part.unlink()
                 raise

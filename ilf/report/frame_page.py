@@ -105,7 +105,10 @@ def _evaluations(subject: Subject, expected: NDArray[np.float32], hidden: RunEva
         whole = _against_ground_truth(run, completion, completion.filled, expected)
         found[f"{GROUND_TRUTH}, including extrapolated pixels"] = whole
     there = {name: evaluated for name, evaluated in found.items() if evaluated is not None}
-    return there if hidden is None else there | _on_hold_out(hidden)
+    if hidden is not None and (test := hidden.test) is not None:
+        seeds = f"seed{'s' * (len(test.seeds) > 1)} {', '.join(map(str, test.seeds))}"
+        there[f"On hold-out ({test.pattern}; {seeds})"] = hidden
+    return there
 
 
 def _against_ground_truth(
@@ -129,15 +132,3 @@ def _against_ground_truth(
     depth = np.where(filled, completion.depth, np.float32(np.nan))
     errors = PixelErrors.at(wanted, depth, ground_truth, expected)
     return Evaluated(run.blocks.labels, (errors,))
-
-
-def _on_hold_out(hidden: RunEvaluation) -> dict[str, Evaluated]:
-    """Name the evaluation over all seeds of a hold-out test, and, if there are several, that of each."""
-    test = hidden.test
-    assert test is not None, "it is of a hold-out"
-    seeds = ", ".join(map(str, test.seeds))
-    named: dict[str, Evaluated] = {f"On hold-out ({test.pattern}; seed{'s' * (len(test.seeds) > 1)} {seeds})": hidden}
-    if len(test.seeds) > 1:
-        for seed, part in zip(test.seeds, hidden.parts, strict=True):
-            named[f"seed {seed} alone"] = Evaluated(hidden.labels, (part,))
-    return named
