@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ilf._runtime.installation import __version__, asset_path, check_opencv, optional, run_if_child
 from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
-from ilf._runtime.writing import private_file, restrict_to_owner
+from ilf._runtime.writing import private_file
 from ilf.errors import IlfError, InputError
 
 from ..base.display import display_problem, qt_problem
@@ -123,8 +123,7 @@ def _application(theme_name: str | None) -> tuple[QApplication, bool]:
     QCoreApplication.setApplicationName("ilf-studio")
     if sys.platform.startswith("linux"):  # other systems store settings elsewhere
         with suppress(OSError):
-            private_file(settings := Path(QSettings().fileName()))
-            restrict_to_owner(settings)
+            private_file(Path(QSettings().fileName()))
     present = QApplication.instance()
     app = present if isinstance(present, QApplication) else QApplication(sys.argv[:1])
     theme.apply_theme(app, theme_name or str(QSettings().value("theme", "system")))

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
 
 from PySide6.QtCore import qVersion
 
 import ilf
-from ilf._runtime.installation import library_versions
+from ilf.run.versions import installed_version, library_versions
 
 _DISPLAYED = {"opencv": "OpenCV", "onnxruntime": "ONNX Runtime"}
 
@@ -28,7 +27,7 @@ def versions() -> dict[str, str]:
         "Python": libraries.pop("python"),
         "Qt": qVersion(),
         **{_DISPLAYED.get(name, name): number for name, number in libraries.items()},
-        **{name: _version(distributions) for name, distributions in _WINDOW.items()},
+        **{name: installed_version(*distributions) for name, distributions in _WINDOW.items()},
         "System": platform.platform(),
     }
     return {name: number or "not installed" for name, number in known.items()}
@@ -37,12 +36,3 @@ def versions() -> dict[str, str]:
 def versions_text() -> str:
     """Return the versions as text, one line each."""
     return "\n".join(f"{name}: {number}" for name, number in versions().items())
-
-
-def _version(distributions: tuple[str, ...]) -> str | None:
-    for distribution in distributions:
-        try:
-            return version(distribution)
-        except PackageNotFoundError:
-            continue
-    return None

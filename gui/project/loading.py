@@ -14,7 +14,6 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
-from ilf._runtime.named_places import NotAllowed, note_opened
 from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
@@ -28,6 +27,7 @@ from ilf.run.replaying import Replay, replay
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
+from ilf.sources.named_places import NotAllowed, note_opened
 from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_frame
 

@@ -219,28 +219,20 @@ class RemoteFiles:
         FormatError
             If they are larger.
         """
-        paths = [self._path(name) for name in (*names, *wanted)]
-        share = MAX_FILE_BYTES // max(len(paths), 1)
+        every = [*names, *wanted]
         with self._reported(self.address):
-            found = self._driver.cat_ranges(paths, [0] * len(paths), [share + 1] * len(paths), on_error="return")
+            found = self._driver.cat_ranges([self._path(name) for name in every], None, None, on_error="return")
         contents: list[bytes | None] = []
-        left = MAX_FILE_BYTES
-        for number, (name, content) in enumerate(zip((*names, *wanted), found, strict=True)):
+        for number, (name, content) in enumerate(zip(every, found, strict=True)):
             if number >= len(names) and isinstance(content, FileNotFoundError | PermissionError):
                 contents.append(None)  # some stores deny what does not exist
                 continue
             with self._reported(self.address / name):
                 if isinstance(content, BaseException):
-                    is_final = isinstance(content, FileNotFoundError | PermissionError | TimeoutError)
-                    if is_final or self._driver.info(self._path(name))["size"] != 0:
-                        raise content
-                    content = b""  # stores have no pieces of an empty file
-                if share < len(content) <= left:  # there is more of it
-                    content = self._driver.cat_file(self._path(name), 0, left + 1)
-            left -= len(content)
-            if left < 0:
-                raise FormatError(f"{self.address / name} has more than 1 GiB. Is this the right file?")
+                    raise content
             contents.append(content)
+        if sum(len(content or b"") for content in contents) > MAX_FILE_BYTES:
+            raise FormatError(f"{self.address} has more than 1 GiB to be read at a time. Is this the right file?")
         return contents
 
     def read_ranges(self, names: Sequence[str], starts: Sequence[int], ends: Sequence[int]) -> list[bytes]:

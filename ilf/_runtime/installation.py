@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import platform
 import re
 import sys
 from collections.abc import Sequence
@@ -16,13 +15,10 @@ from types import ModuleType
 from ..errors import InputError
 
 _CHILD = "--ilf-child"
-"""First argument of a frozen program that runs as a child; the second is the module whose `main` it runs."""
+"""First argument of a frozen program that runs as a child."""
 
 _OTHER_PACKAGES = {"libglib-2.0.so.0": "libglib2.0-0", "libgthread-2.0.so.0": "libglib2.0-0", "libz.so.1": "zlib1g"}
 """Shared library -> its package of Debian and Ubuntu, where that is not named by their rule."""
-
-_OTHER_OPENCV = "opencv-python", "opencv-contrib-python", "opencv-contrib-python-headless"
-"""Distributions that install into `cv2`, too."""
 
 _LIBRARY = re.compile(r"\blib[\w.+-]+\.so\.\d+")
 
@@ -114,54 +110,12 @@ def system_package(library: str) -> str:
 
 def check_opencv() -> None:
     """Raise InputError if a package of OpenCV 4 has replaced the files of OpenCV 5, which both install into `cv2`."""
-    for name in _OTHER_OPENCV:
-        if _version(name) and (loaded := str(import_module("cv2").__version__)) < "5":
-            raise InputError(
-                f"{name} has replaced OpenCV 5 by OpenCV {loaded}. Uninstall it, and then: "
-                "pip install --force-reinstall --no-deps opencv-python-headless"
-            )
-
-
-def _version(distribution: str) -> str | None:
-    """The version of an installed distribution."""
-    from importlib import metadata  # not before: children start without it
-
-    try:
-        return metadata.version(distribution)
-    except metadata.PackageNotFoundError:
-        return None
-
-
-# Versions of libraries, and the processor: what a result may depend on besides the run.
-
-# library that computes or writes results -> distributions that may contain it
-_DISTRIBUTIONS = {
-    "numpy": ("numpy",),
-    "scipy": ("scipy",),
-    "onnxruntime": ("onnxruntime", "onnxruntime-gpu", "onnxruntime-directml"),
-    "opencv": ("opencv-python-headless", *_OTHER_OPENCV),
-    "numba": ("numba",),
-}
-
-
-def library_versions() -> dict[str, str | None]:
-    """Return versions of Python and of the libraries that a result may depend on; None if not installed."""
-    versions: dict[str, str | None] = {"python": platform.python_version()}
-    for library, distributions in _DISTRIBUTIONS.items():
-        found = list(filter(None, map(_version, distributions)))
-        # if several are installed, all share the module installed last
-        imported = str(import_module("cv2").__version__) if library == "opencv" else ""
-        versions[library] = next(
-            (version for version in found if version.startswith(imported)), next(iter(found), None)
+    loaded = str(import_module("cv2").__version__)
+    if int(loaded.partition(".")[0]) < 5:
+        raise InputError(
+            f"OpenCV {loaded} has replaced OpenCV 5. Uninstall opencv-python and opencv-contrib-python, and then: "
+            "pip install --force-reinstall --no-deps opencv-python-headless"
         )
-    return versions
-
-
-def processor() -> str:
-    """Return the processor architecture and the SIMD extensions that numpy uses; they may change the last digits."""
-    found = import_module("numpy").show_config(mode="dicts") or {}
-    extensions = found.get("SIMD Extensions", {})
-    return " ".join([platform.machine(), *extensions.get("baseline", []), *extensions.get("found", [])])
 
 
 # Bundled files.
@@ -225,28 +179,23 @@ def user_path(kind: str, name: str, variable: str = "") -> Path:
 # Starting this program from itself.
 
 
-def child_command(module: str) -> list[str]:
-    """Return the command that runs the `main` of one of this program's modules in a separate process: by the Python
-    interpreter, or by this program itself if it is frozen.
+_CHILDREN = f"{__package__}.children"
+"""The module with the `main` of a child."""
 
-    Parameters
-    ----------
-    module : str
-        Its full name.
-    """
+
+def child_command() -> list[str]:
+    """Return the command that starts a child: by the Python interpreter, or by this program itself if it is frozen."""
     if is_frozen():
-        return [sys.executable, _CHILD, module]
+        return [sys.executable, _CHILD]
     # -P: do not import modules from the current folder
-    return [sys.executable, "-P", "-c", f"import sys; from {module} import main; sys.exit(main())"]
+    return [sys.executable, "-P", "-c", f"from {_CHILDREN} import main; main()"]
 
 
 def run_if_child() -> None:
-    """Run the child's work if this is a frozen program started as a child of itself, and do not return. Every entry
-    point calls this first."""
+    """Do the work of a child if this is a frozen program started as one, and do not return. Every entry point calls
+    this first."""
     if is_frozen() and sys.argv[1:2] == [_CHILD]:
-        module = sys.argv[2]
-        del sys.argv[1:3]  # the rest are the arguments of that `main`, which may be an entry point, too
-        sys.exit(import_module(module).main())
+        import_module(_CHILDREN).main()
 
 
 def is_frozen() -> bool:

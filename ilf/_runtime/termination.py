@@ -21,7 +21,7 @@ from typing import TextIO
 
 from ..errors import cause, without_credentials
 from .installation import __version__, user_path
-from .writing import private_file, remove_temporary_files, restrict_to_owner
+from .writing import private_file, remove_temporary_files
 
 LIMIT_S = 0.2
 """Time after a signal until the process is ended by force [s]: a library may be busy for longer without noticing the
@@ -166,7 +166,9 @@ def log_error(error: BaseException) -> str:
     what = f"{type(error).__name__}: {message}"
     try:
         with _opened() as file:
-            file.write(f"{_head()}\n{without_credentials(''.join(traceback.format_exception(error)))}\n")
+            now, told = time.strftime("%Y-%m-%d %H:%M:%S"), "".join(traceback.format_exception(error))
+            file.write(f"{now} ILF Studio {__version__}, Python {platform.python_version()}, {platform.platform()}\n")
+            file.write(f"{without_credentials(told)}\n")
     except OSError as unwritable:
         return f"Unexpected error in the program ({what:.200}); the log cannot be written ({cause(unwritable)})."
     return f"Unexpected error in the program ({what:.200}). Please report it and attach {error_log_path()}"
@@ -180,15 +182,9 @@ def log_crashes() -> None:
             faulthandler.enable(_opened())
 
 
-def _head() -> str:
-    now = time.strftime("%Y-%m-%d %H:%M:%S")
-    return f"{now} ILF Studio {__version__}, Python {platform.python_version()}, {platform.platform()}"
-
-
 def _opened() -> TextIO:
     path = error_log_path()
     if path.exists() and path.stat().st_size > _MAX_LOG_BYTES:
         os.replace(path, path.with_name(f"{path.name}.1"))
     private_file(path)
-    restrict_to_owner(path)
     return open(path, "a", encoding="utf-8", errors="backslashreplace")

@@ -341,7 +341,7 @@ def _replaced(folder: Path) -> dict[Path, re.Match[str]]:
 
 
 def private_file(path: Path) -> None:
-    """Create an empty file, and its folder, readable by the user only; leave existing ones unchanged.
+    """Make a file readable by the user only; it is created, and its folder, if it does not exist.
 
     Raises
     ------
@@ -355,8 +355,8 @@ def private_file(path: Path) -> None:
     ''
     """
     path.parent.mkdir(0o700, parents=True, exist_ok=True)
-    with suppress(FileExistsError):
-        path.touch(0o600, exist_ok=False)
+    path.touch(0o600)
+    restrict_to_owner(path)
 
 
 def restrict_to_owner(path: Path) -> None:

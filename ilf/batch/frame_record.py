@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .._runtime.files import file_sha256, is_address, read_json
-from .._runtime.named_places import may_look_at
 from .._runtime.schema import check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
@@ -18,6 +17,7 @@ from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
 from ..run.record import array_sha256
 from ..sources import reading
+from ..sources.named_places import may_look_at
 from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours
 from ..sources.reading_options import OPTIONS

@@ -10,7 +10,7 @@ from itertools import groupby
 from operator import itemgetter
 
 from .._runtime.formatting import counted
-from .._runtime.installation import __version__, library_versions
+from .._runtime.installation import __version__
 from .._runtime.schema import PROGRAM
 from ..errors import InputError
 from ..evaluation.bench.frames import find_frames, parse_names
@@ -19,6 +19,7 @@ from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv
+from ..run.versions import library_versions
 from .output import Bar, Column, print_json, shows_progress, table, warn
 from .parsing import add_shared
 from .usage import Parser, declare

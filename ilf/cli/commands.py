@@ -14,9 +14,9 @@ from typing import Any, TextIO
 
 from .._runtime.files import is_address
 from .._runtime.installation import __version__, check_opencv
-from .._runtime.named_places import allow_address
 from .._runtime.termination import Interrupted, log_error, terminating_on_signal
 from ..errors import IlfError, one_line, to_text, without_credentials
+from ..sources.named_places import allow_address
 from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
 
 COMMANDS = {
@@ -30,7 +30,7 @@ COMMANDS = {
     "project": "make, show, export and replay project files; export results to other programs",
     "models": "list, fetch, add and remove networks for edges and guides",
     "sample": "write the bundled sample frame into a folder",
-    "live": "play a recording or a camera in the window, completed as it plays, or capture a frame with the camera",
+    "capture": "write a frame of the connected camera into a folder",
     "stream": "complete a recording frame after frame, as a robot would, or write results, as a recording or a folder",
 }
 """Name -> one-line help. `add_arguments` in the module of the same name adds the arguments to its parser, and

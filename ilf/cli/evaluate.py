@@ -24,7 +24,7 @@ from ..run.block_choice import BlockChoice
 from ..run.run import Run
 from . import parsing
 from .output import Bar, Column, print_json, shows_progress, table, warn
-from .run_output import dominant_block, errors_record, unscored, unscored_lines
+from .run_output import errors_record, unscored, unscored_lines
 from .usage import Parser, UsageError, declare
 
 _Named = tuple[str, hold_out.RunEvaluation]
@@ -142,10 +142,6 @@ def _report(frame: RGBDFrame, test: hold_out.HoldOutTest | None, named: Sequence
     lines = [title, *table([Column(heading, lambda item: item[0]), *_COLUMNS], named)]
     if not pixels:
         lines.append("No pixel is filled by all of them.")
-    else:
-        name, best = min(named, key=lambda item: item[1].whole.rmse)
-        if largest := dominant_block(best.whole, best.blocks):
-            lines.append(f"{name}: block {largest[0]} has {largest[1]:.0%} of the squared error.")
     return lines if test is not None else lines + unscored_lines(frame)
 
 

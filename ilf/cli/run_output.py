@@ -11,7 +11,7 @@ import numpy as np
 
 from .._runtime.formatting import counted, covered, grouped
 from ..completion.completion import guide_text
-from ..completion.confidence.expected_error import expected_error, unsupported
+from ..completion.confidence.expected_error import expected_error
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import Parameters, nearest_preset
@@ -34,10 +34,6 @@ def completed(run: Run, *, shown: bool) -> Completion:
                 done += 1
             bar.show(done, text)
     return steps.completion()
-
-
-_MAJORITY = 0.5
-"""Minimum share that counts as most of a whole."""
 
 
 Errors = tuple[Evaluation | None, Mapping[int, Evaluation]]
@@ -68,11 +64,6 @@ def completion_report(completion: Completion, errors: Errors, record: Mapping[st
         lines.append(f"Guide: {guide_text(frame)}.")
     if whole is not None:
         lines += [_evaluation_line(whole), *unscored_lines(frame)]
-        if largest := dominant_block(whole, by_block):
-            label, share = largest
-            doubtful = unsupported(completion)[completion.filled & (labels == label)].mean()
-            why = f"; {doubtful:.0%} of its filled pixels are unsupported by measurements"
-            lines.append(f"Block {label} has {share:.0%} of the squared error{why if doubtful >= _MAJORITY else ''}.")
     lines.append(f"Written to {record['folder']}: {', '.join(record['files'])}")
     lines += [f"Exported to {path}" for path in record["exports"]]
     return "\n".join([*lines, "", *outcome_lines(completion.outcomes.values(), by_block)])
@@ -181,17 +172,6 @@ def _blocks_text(labels: Sequence[int]) -> str:
     if len(labels) == 1:
         return f"Block {labels[0]}"
     return f"{counted(len(labels), 'block')} ({', '.join(map(str, labels))})"
-
-
-def dominant_block(whole: Evaluation, blocks: Mapping[int, Evaluation]) -> tuple[int, float] | None:
-    """Find the block with at least half of the total squared error in less than half of the pixels; return it with its
-    share of the error, 0-1, or None."""
-    for label, one in blocks.items():
-        if 0 < one.pixels < _MAJORITY * whole.pixels and one.rmse > 0:
-            share = one.pixels * one.rmse**2 / (whole.pixels * whole.rmse**2)
-            if share >= _MAJORITY:
-                return label, share
-    return None
 
 
 def _evaluation_line(evaluation: Evaluation) -> str:

@@ -165,7 +165,7 @@ def add_action(
     return parser
 
 
-def _parsed(pattern: str, wanted: str, make: Callable[[re.Match[str]], Any]) -> Callable[[str], Any]:
+def parsed(pattern: str, wanted: str, make: Callable[[re.Match[str]], Any]) -> Callable[[str], Any]:
     """The function that makes a value of a text of this pattern; of any other text, the error tells what is wanted."""
 
     def read(text: str) -> Any:
@@ -183,19 +183,19 @@ def _part(match: re.Match[str]) -> tuple[int, int] | None:
     return (number, count) if 1 <= number <= count else None
 
 
-_COUNT = _parsed(r"0*[1-9]\d*", "an integer of at least 1", lambda match: int(match[0]))
+_COUNT = parsed(r"0*[1-9]\d*", "an integer of at least 1", lambda match: int(match[0]))
 
 VALUES: Mapping[str, Callable[[str], Any]] = {
     **dict.fromkeys(("N", "M"), _COUNT),
     **dict.fromkeys(("HZ", "UNITS", "WEIGHT"), float),
-    "SEED": _parsed(r"\d+", "an integer of at least 0", lambda match: int(match[0])),
-    "A:B": _parsed(
+    "SEED": parsed(r"\d+", "an integer of at least 0", lambda match: int(match[0])),
+    "A:B": parsed(
         r"(-?\d+)?:(-?\d+)?",
         "a range of frames, such as 100:200, :50 or -10:",
         lambda match: tuple(None if end is None else int(end) for end in match.groups()),
     ),
-    "K/N": _parsed(r"(\d+)/(\d+)", "a part K/N, such as 3/40", _part),
-    "N,N,...": _parsed(
+    "K/N": parsed(r"(\d+)/(\d+)", "a part K/N, such as 3/40", _part),
+    "N,N,...": parsed(
         r"\d+(,\d+)*",
         "a list of block numbers, such as 3,7,12",
         lambda match: frozenset(map(int, match[0].split(","))),

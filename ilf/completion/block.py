@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from .._runtime.threads import Steps, available_cores, run_in_parallel
+from .._runtime.threads import available_cores
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand, by_hand_of
 from ..data.frame import RGBDFrame
@@ -22,6 +22,7 @@ from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationR
 from ..segmentation.edges.frame_edges import FrameEdges
 from .edge_aware.iteration import EdgeAwareIteration
 from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
+from .parallel import Steps, run_in_parallel
 from .pass_band.iteration import PassBandIteration
 from .rims import depth_at_rims
 from .stepper import Stepper

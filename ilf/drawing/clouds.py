@@ -146,7 +146,7 @@ _EDL_SHADES = np.round(255 * np.exp(-_EDL_STRENGTH / 8 / _EDL_STEPS * np.arange(
 
 
 @dataclass(frozen=True)
-class Look:
+class Sight:
     """View of a cloud: camera and rendering options.
 
     Parameters
@@ -190,7 +190,7 @@ class Splat:
     nearest: NDArray[np.int32]
 
 
-def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, spacing: float | None = None) -> Splat:
+def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Sight, spacing: float | None = None) -> Splat:
     """Draw a point cloud: every point is a square, and the nearest point is visible.
 
     Parameters
@@ -199,7 +199,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
         float32 (N, 3) [m], x right, y down, z forward. Points that are not finite are not drawn.
     colours : ndarray
         uint8 (N, 3), red first.
-    look : Look
+    look : Sight
     spacing : float, optional
         Spacing of the points; found by `spacing_of` if left out.
 
@@ -211,7 +211,7 @@ def splat(points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, s
 
 
 def splat_steps(
-    points: NDArray[np.float32], colours: NDArray[np.uint8], look: Look, spacing: float | None = None
+    points: NDArray[np.float32], colours: NDArray[np.uint8], look: Sight, spacing: float | None = None
 ) -> Generator[None, None, Splat]:
     """`splat` as a generator with steps of a few milliseconds, so that it can be stopped early."""
     if look.point_size is None:
@@ -235,7 +235,7 @@ def splat_steps(
 
 
 def _nearest_keys(
-    points: NDArray[np.float32], look: Look, gain: float, smallest: int, largest: int
+    points: NDArray[np.float32], look: Sight, gain: float, smallest: int, largest: int
 ) -> Generator[None, None, NDArray[np.uint64]]:
     """For each pixel the key (depth bits << 32 | index) of the nearest point that covers it, or _EMPTY.
 

@@ -15,7 +15,6 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.fetching import ROUNDED, Progress, fetch
 from .._runtime.files import existing_file, file_sha256, read_file, read_json
 from .._runtime.networks.models import check_name, model_names, models_folder, name_from
 from .._runtime.networks.network import OnnxNetwork, as_input
@@ -24,6 +23,7 @@ from .._runtime.schema import converted
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
 from ..data.guide import Gives, Guide, GuideCard
 from ..errors import ExportError, FormatError, InputError, told_as
+from .fetching import ROUNDED, Progress, fetch
 
 _ANY = GuideCard("", "", "", "relative-inverse", 0)
 """The card of a network without one."""

@@ -12,11 +12,11 @@ from typing import Any
 from .._runtime.files import parse_json
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
-from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section, check_schema, converted, strict_json
 from ..data.frame import FrameInputs
 from ..errors import FormatError, InputError
 from ..sources.frame_ref import FrameRef
+from ..sources.named_places import NotAllowed, named_in
 from .archive import Parts
 from .codec import UNREADABLE, Read, Write, from_plain, to_plain
 from .project import FrameSummary, Project, ProjectFrame, Stage

@@ -15,7 +15,6 @@ from typing import TypeVar
 import numpy as np
 
 from .._runtime.files import FileContent, read_file
-from .._runtime.named_places import first_allowed, named_in, note_opened
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
@@ -26,6 +25,7 @@ from ..io.frame_additions import ground_truth_of
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
+from ..sources.named_places import first_allowed, named_in, note_opened
 from ..sources.read_images import frame_of_images, read_recorded
 from ..sources.trajectories import camera_pose
 from .archive import Parts

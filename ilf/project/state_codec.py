@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from .._runtime.arrays import frozen
 from .._runtime.files import parse_json
 from .._runtime.installation import __version__
-from .._runtime.named_places import NotAllowed
 from .._runtime.schema import check_schema, converted
 from ..data.blocks import Blocks
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
@@ -22,6 +21,7 @@ from ..data.label_map import checked_labels
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..io.encodings import encoding_of_inputs
+from ..sources.named_places import NotAllowed
 from .archive import Parts
 from .codec import UNREADABLE, from_plain, inline, pack, small_array, stored_fields, to_plain, unpack
 from .frame_state import FrameState

@@ -17,7 +17,6 @@ MAX_CURVES = 6
 
 _DASHES = (("", "———"), ("7 3", "– – –"), ("2 3", "······"))
 """Dash patterns of SVG, and text that looks like them."""
-_MAX_POINTS = 400
 _MAX_LUMA = 135
 """Brightness of lines that are visible on white, 0-255."""
 
@@ -25,7 +24,7 @@ Points = list[tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Line:
+class LineStyle:
     """The look of a block's curves: colour for SVG and HTML, dashes for SVG, and text that looks like them."""
 
     label: int
@@ -34,26 +33,26 @@ class Line:
     sample: str
 
 
-def curve_lines(subject: Subject) -> list[Line]:
+def curve_lines(subject: Subject) -> list[LineStyle]:
     """Choose the blocks whose curves are shown: the iterated blocks that have filled most pixels."""
     iterated = {label: result for label, result in subject.completion.results.items() if len(result.history)}
     chosen = sorted(iterated, key=lambda label: (-iterated[label].outcome.recovered, label))[:MAX_CURVES]
     return [
-        Line(label, _line_colour(subject.colour_of(label)), *_DASHES[number % len(_DASHES)])
+        LineStyle(label, _line_colour(subject.colour_of(label)), *_DASHES[number % len(_DASHES)])
         for number, label in enumerate(chosen)
     ]
 
 
-def curve_plots(subject: Subject, lines: Sequence[Line]) -> dict[str, str]:
+def curve_plots(subject: Subject, lines: Sequence[LineStyle]) -> dict[str, str]:
     """Plot sigma_i and the L1 norm of the lines' blocks over the iterations: title -> data URI of an SVG."""
     results = subject.completion.results
 
-    def points(value: Callable[[IterationRecord, History], float]) -> list[tuple[Line, Points]]:
+    def points(value: Callable[[IterationRecord, History], float]) -> list[tuple[LineStyle, Points]]:
         found = []
         for line in lines:
             history = results[line.label].history
             values = [(float(record.i), value(record, history)) for record in history]
-            found.append((line, _thinned([point for point in values if math.isfinite(point[1])])))
+            found.append((line, [point for point in values if math.isfinite(point[1])]))
         return [(line, places) for line, places in found if places]
 
     plots = {}
@@ -67,7 +66,7 @@ def curve_plots(subject: Subject, lines: Sequence[Line]) -> dict[str, str]:
 
 
 def _plot(
-    curves: Sequence[tuple[Line, Points]],
+    curves: Sequence[tuple[LineStyle, Points]],
     text: Callable[[float], str],
     least_step: float = 0.02,
     criterion: float | None = None,
@@ -97,15 +96,3 @@ def _line_colour(colour: tuple[int, int, int]) -> str:
     luma = 0.299 * red + 0.587 * green + 0.114 * blue
     factor = min(1.0, _MAX_LUMA / max(luma, 1))
     return "#{:02x}{:02x}{:02x}".format(*(round(factor * part) for part in colour))
-
-
-def _thinned(points: Points) -> Points:
-    """Reduce points to a visible number, keeping the highest and the lowest of each stretch."""
-    if len(points) <= _MAX_POINTS:
-        return points
-    stretch = math.ceil(2 * len(points) / _MAX_POINTS)
-    kept = {points[0], points[-1]}
-    for start in range(0, len(points), stretch):
-        few = points[start : start + stretch]
-        kept |= {min(few, key=lambda point: point[1]), max(few, key=lambda point: point[1])}
-    return sorted(kept)

@@ -31,18 +31,6 @@ _MIN_LABEL_RADIUS = 0.014
 """Minimum radius of a block's inner circle, as a share of the picture's width, to print the block's number."""
 _MM = np.float32(1000)
 
-_ORIGINS: tuple[tuple[str, Colour], ...] = (
-    ("still missing", MISSING),
-    ("measured", (86, 96, 110)),
-    ("filled by blocks", (38, 150, 120)),
-    ("depth by hand", (158, 110, 206)),
-    ("extrapolated", (222, 168, 40)),
-    ("marked invalid", (196, 64, 80)),
-    ("outside the view", (60, 100, 160)),
-    ("filled outside the view", (120, 170, 225)),
-    ("measured by neighbours", (140, 170, 60)),
-)
-
 
 @dataclass(frozen=True)
 class Picture:
@@ -131,25 +119,25 @@ def _difference(title: str, metres: NDArray[np.float32], shape: tuple[int, int],
 
 def _origin(subject: Subject, shape: tuple[int, int]) -> Picture:
     frame, completion = subject.run.frame, subject.completion
-    names = [name for name, _ in _ORIGINS]
-    origin = np.full(frame.shape, names.index("still missing"), np.uint8)
-    if frame.invalid_mask is not None:
-        origin[frame.invalid_mask & np.isfinite(frame.measured)] = names.index("marked invalid")
-    for name, there in (
-        ("measured", frame.known),
-        ("filled by blocks", completion.filled),
-        ("depth by hand", completion.by_hand),
-        ("extrapolated", completion.extrapolated),
-        ("measured by neighbours", completion.from_neighbours),
-    ):
-        origin[there] = names.index(name)
-    if frame.outside_view is not None:
-        origin[frame.outside_view] = names.index("outside the view")
-        origin[frame.outside_view & completion.filled] = names.index("filled outside the view")
-    table = np.zeros((256, 3), np.uint8)
-    table[: len(_ORIGINS)] = [colour for _, colour in _ORIGINS]
-    shares = np.bincount(origin.ravel(), minlength=len(_ORIGINS)) / origin.size
-    legend = {f"{name} {share:.1%}": colour for (name, colour), share in zip(_ORIGINS, shares, strict=True) if share}
+    nowhere = np.zeros(frame.shape, bool)
+    invalid = nowhere if frame.invalid_mask is None else frame.invalid_mask & np.isfinite(frame.measured)
+    outside = nowhere if frame.outside_view is None else frame.outside_view
+    parts: tuple[tuple[str, Colour, NDArray[np.bool_]], ...] = (  # each above those before
+        ("still missing", MISSING, ~nowhere),
+        ("marked invalid", (196, 64, 80), invalid),
+        ("measured", (86, 96, 110), frame.known),
+        ("filled by blocks", (38, 150, 120), completion.filled),
+        ("depth by hand", (158, 110, 206), completion.by_hand),
+        ("extrapolated", (222, 168, 40), completion.extrapolated),
+        ("measured by neighbours", (140, 170, 60), completion.from_neighbours),
+        ("outside the view", (60, 100, 160), outside),
+        ("filled outside the view", (120, 170, 225), outside & completion.filled),
+    )
+    origin, table = np.zeros(frame.shape, np.uint8), np.zeros((256, 3), np.uint8)
+    for number, (_, colour, there) in enumerate(parts):
+        origin[there], table[number] = number, colour
+    shares = np.bincount(origin.ravel(), minlength=len(parts)) / origin.size
+    legend = {f"{name} {share:.1%}": colour for (name, colour, _), share in zip(parts, shares, strict=True) if share}
     return Picture("Origin of the depth", _png(_resized(origin, shape), table), legend=legend)
 
 

@@ -12,7 +12,7 @@ from ..completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ..errors import InputError
 from ..evaluation.evaluation import Progress, scaled_progress
 from ..evaluation.hold_out import HoldOutTest, RunEvaluation, hold_out_steps
-from .frame_page import FramePage
+from .frame_page import frame_page
 from .subject import Subject, Unreadable
 from .templates import render
 
@@ -118,9 +118,10 @@ def report_steps(
         name = subject.run.frame.name
         yield Progress(done, name)
         test = _hold_out_result(subject, hidden, threads)
-        page = FramePage(subject, (yield from scaled_progress(test, done, 1 / count, f"{name}, hold-out: ")))
-        parts.append(page.html(id, most))
-        rows.append(page.index_row(id))
+        hidden_error = yield from scaled_progress(test, done, 1 / count, f"{name}, hold-out: ")
+        html, row = frame_page(subject, id, most, hidden_error)
+        parts.append(html)
+        rows.append(row)
     if not parts:
         raise InputError("There is no frame to report on. Give at least one.")
     if count == 1:

@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.installation import __version__, library_versions, processor
+from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
 from .._runtime.schema import PlainName, json_file
@@ -32,6 +32,7 @@ from ..segmentation.edges.detectors import load_model
 from . import files
 from .options import ExportOptions
 from .run import Run
+from .versions import library_versions, processor
 
 # The networks used by a run, by name.
 

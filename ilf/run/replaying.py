@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import file_sha256, is_address
 from .._runtime.formatting import counted
-from .._runtime.installation import __version__, library_versions, processor
-from .._runtime.named_places import NotAllowed, first_allowed, note_opened
+from .._runtime.installation import __version__
 from .._runtime.networks.session import device
 from .._runtime.schema import Section
 from ..data.blocks import Blocks
@@ -31,6 +30,7 @@ from ..io.frame_additions import ground_truth_of, load_guide
 from ..io.labels import read_labels, read_mask
 from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef
+from ..sources.named_places import NotAllowed, first_allowed, note_opened
 from ..sources.neighbours import seen_by
 from ..sources.reading import load_frame, read_frame
 from . import files
@@ -44,6 +44,7 @@ from .record import (
 from .record_file import read_record
 from .recorded_results import recorded_completion, recorded_depth
 from .run import Run
+from .versions import library_versions, processor
 
 # Differences from the recorded state: files, edge networks, versions and processor.
 

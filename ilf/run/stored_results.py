@@ -15,7 +15,6 @@ from .._runtime.addresses import Address
 from .._runtime.files import FileContent, is_address, read_file
 from .._runtime.folders import folder_at
 from .._runtime.formatting import natural
-from .._runtime.named_places import named_in
 from ..data.camera import Camera
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import intrinsics_from
@@ -24,6 +23,7 @@ from ..io.images import read_colour
 from ..io.labels import read_mask
 from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
+from ..sources.named_places import named_in
 from ..sources.opening import is_recording, opened
 from ..sources.own_results import is_shards
 from ..sources.shards import Shards

@@ -1,3 +1,3 @@
 """Sources of frames (folders, data sets, recordings, cameras) behind one interface."""
 
-from .._runtime.named_places import allow_address as allow_address
+from .named_places import allow_address as allow_address

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 import msgspec
 
 from .._runtime.files import read_json, split_dataset, with_dataset
-from .._runtime.named_places import NotAllowed, first_allowed, named_in
 from .._runtime.schema import converted
 from .._runtime.writing import write_bytes
 from ..data.camera import as_camera, checked_transform
@@ -22,6 +21,7 @@ from ..io.depth import write_depth
 from ..io.encodings import encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
+from .named_places import NotAllowed, first_allowed, named_in
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path, no_frame_folder
 from .reading_options import AS_STATED, ReadingOptions
 

@@ -10,9 +10,9 @@ from types import NoneType
 from typing import Any, Self
 
 from .._runtime.files import absolute, split_dataset, with_dataset
-from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import Section
 from ..data.frame import FrameInputs
+from .named_places import NotAllowed, named_in
 from .naming import name_from_path, recorded_frame_name
 from .reading_options import AS_STATED, ReadingOptions
 

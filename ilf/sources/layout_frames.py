@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 from .._runtime.formatting import counted, natural
-from .._runtime.named_places import named_in
 from ..data.camera import is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
@@ -21,6 +20,7 @@ from ..io.encodings import ray_encoding
 from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
 from .frame_ref import FrameRef
 from .layout import GIVEN, LIST_SUFFIX, Layout
+from .named_places import named_in
 from .pairing import Pairs
 from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory

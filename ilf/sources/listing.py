@@ -10,7 +10,6 @@ from pathlib import Path
 from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
 from .._runtime.formatting import counted, natural
-from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
 from ..io.kinds import kind_at
@@ -22,6 +21,7 @@ from .frame_ref import FrameRef
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
+from .named_places import note_opened
 from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
 from .own_results import is_result

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.named_places import named_in, note_opened
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
@@ -34,6 +33,7 @@ from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
 from .frame_ref import FrameRef
+from .named_places import named_in, note_opened
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
 from .own_results import COMPLETED_DEPTH, is_result

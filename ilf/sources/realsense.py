@@ -56,7 +56,9 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
     InputError
         If the package is not installed (extra `sensors`), there is no camera, or it delivers no more frames.
     """
-    library = connected_realsense()
+    library = load_realsense()
+    if not len(library.context().query_devices()):
+        raise InputError("No RealSense camera is connected. Connect one via USB 3.")
     pipeline, stream_config = library.pipeline(), library.config()
     stream_config.enable_stream(library.stream.depth, library.format.z16)
     stream_config.enable_stream(library.stream.color, library.format.rgb8)
@@ -76,14 +78,6 @@ def camera_pairs(settle: int = SETTLING) -> Generator[RawPair, None, None]:
 def _wait(pipeline: Any) -> Any:
     with told_as(InputError, "The RealSense camera sent no frame ({error}). Reconnect it via USB 3.", RuntimeError):
         return pipeline.wait_for_frames(_TIMEOUT_MS)
-
-
-def connected_realsense() -> Any:
-    """Load pyrealsense2; raises InputError if this fails, or no camera is connected."""
-    library = load_realsense()
-    if not len(library.context().query_devices()):
-        raise InputError("No RealSense camera is connected. Connect one via USB 3.")
-    return library
 
 
 def load_realsense() -> Any:

@@ -21,12 +21,12 @@ from .._runtime.files import FileContent, is_address, parse_json, read_file
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.memory import memory_limit
-from .._runtime.named_places import NotAllowed, named_in
 from .._runtime.schema import check_schema, converted
 from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
+from .named_places import NotAllowed, named_in
 from .own_results import SHARDS_FILE, is_shards
 from .recording import RecordedFrame, Recording, part_of, sha256_of
 

@@ -88,7 +88,7 @@ def change_of(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Change:
         return None, (f"Depth is not corrected: {error}",)
 
 
-class Scene:
+class Shot:
     """All that is carried from frame to frame while the scene stays the same.
 
     Parameters
@@ -320,7 +320,7 @@ class Stream(Closeable):
         self._rate, self._threads = rate, threads
         self._thread = None if rate is None else ThreadPoolExecutor(1, "ilf-stream")
         self._closed = threading.Event()
-        self._scene: Scene | None = None
+        self._scene: Shot | None = None
         self._statistics = StreamStatistics()
         self._latencies = deque[float](maxlen=_REMEMBERED)
 
@@ -360,7 +360,7 @@ class Stream(Closeable):
             self._refresh(scene)
         else:
             notes = () if before is None else (_NEW_SCENE.format(frame.name),)
-            scene = Scene(plain, self._find_surroundings(plain))
+            scene = Shot(plain, self._find_surroundings(plain))
             self._statistics.scenes += 1
         edges = scene.edges()
         results = self._filtered(scene, edges)
@@ -402,7 +402,7 @@ class Stream(Closeable):
         if self._thread is not None:
             self._thread.shutdown(cancel_futures=True)
 
-    def _refresh(self, scene: Scene) -> None:
+    def _refresh(self, scene: Shot) -> None:
         """Find blocks and edges again if it is time; with a rate, in the thread, whose results are used when done."""
         if scene.pending is not None and scene.pending.value.done():
             scene.adopt(Carried(scene.pending.value.result(), scene.pending.offsets))
@@ -417,7 +417,7 @@ class Stream(Closeable):
         clear_stage_cache(frame)
         return Surroundings(blocks.labels, edges_for(frame, self._parameters, self._extraction), blocks.notes)
 
-    def _filtered(self, scene: Scene, edges: FrameEdges | None) -> dict[int, BlockResult]:
+    def _filtered(self, scene: Shot, edges: FrameEdges | None) -> dict[int, BlockResult]:
         """Complete the blocks without correction."""
         tasks = [
             BlockTask(scene.frame, block, self._uncorrected, self._extraction, found=edges, carried=scene.expected)
@@ -432,7 +432,7 @@ class Stream(Closeable):
                     results[progress.label] = scene.with_expected(found)
         return results
 
-    def _correct(self, scene: Scene, completed: Array, edges: FrameEdges) -> None:
+    def _correct(self, scene: Shot, completed: Array, edges: FrameEdges) -> None:
         """Find the correction again if blocks and edges are new."""
         if scene.corrected is scene.surroundings.value or scene.pending is not None:
             return
@@ -442,7 +442,7 @@ class Stream(Closeable):
         else:
             self._find(scene, change_of, scene.frame, completed, edges)
 
-    def _find(self, scene: Scene, work: Callable[P, Surroundings | Change], *args: P.args, **kwargs: P.kwargs) -> None:
+    def _find(self, scene: Shot, work: Callable[P, Surroundings | Change], *args: P.args, **kwargs: P.kwargs) -> None:
         """Find something in the current frame: in the thread if there is one, else now."""
         if self._thread is None:
             scene.adopt(scene.of_this_frame(work(*args, **kwargs)))

@@ -16,7 +16,7 @@ from .conftest import in_front, open_frame
 def hub(tmp_path, monkeypatch):
     """A publisher that sends half of its network until it may go on."""
     with publishing(tmp_path, monkeypatch) as made:
-        monkeypatch.setattr("ilf._runtime.fetching._BLOCK", 16)
+        monkeypatch.setattr("ilf.io.fetching._BLOCK", 16)
         yield made
         made.go_on.set()
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.named_places import NotAllowed, named_in, note_opened
 from ilf.cli import main
 from ilf.data.frame import InputFile
 from ilf.errors import InputError, without_credentials
@@ -23,6 +22,7 @@ from ilf.project.project_json import encode_project
 from ilf.project.recovery import find_recoverable_work
 from ilf.project.store import WorkFolder
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.named_places import NotAllowed, named_in, note_opened
 from ilf.sources.reading import read_frame
 from ilf.sources.reading_options import ReadingOptions
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtWidgets import QWidget
 
-from ilf._runtime.named_places import note_opened
 from ilf.data.frame import RGBDFrame
 from ilf.drawing.colours import sample
 from ilf.errors import InputError
 from ilf.io.frame_additions import with_ground_truth_file
+from ilf.sources.named_places import note_opened
 from ilf.sources.naming import DEPTH_FILE_SUFFIXES
 
 from ...widgets.basics import form, label_of, row, typed_list

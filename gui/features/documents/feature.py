@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 
 from ilf._runtime.formatting import counted
 from ilf._runtime.installation import asset_path
-from ilf._runtime.named_places import note_opened
 from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
@@ -18,6 +17,7 @@ from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.named_places import note_opened
 
 from ...base.commands import command
 from ...base.needs import Need

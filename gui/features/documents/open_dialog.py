@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.named_places import NotAllowed
 from ilf.data.camera import INTRINSICS, is_preset
 from ilf.errors import IlfError, InputError
 from ilf.io.camera_files import CAMERA_FILES
@@ -29,6 +28,7 @@ from ilf.io.depth_doubts import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.named_places import NotAllowed
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
 from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions

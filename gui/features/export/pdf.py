@@ -6,9 +6,11 @@ from collections.abc import Generator
 
 from PySide6.QtCore import QBuffer, QEventLoop, QIODevice, QSizeF
 from PySide6.QtGui import (
+    QAbstractTextDocumentLayout,
     QFont,
     QPageSize,
     QPdfWriter,
+    QTextBlock,
     QTextBlockFormat,
     QTextCursor,
     QTextDocument,
@@ -45,13 +47,14 @@ def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
     writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
     writer.setTitle(report.title)
     writer.setCreator(f"ILF Studio {__version__}")
-    _keep_headings(document, writer)
+    _keep_together(document, writer)
     document.print_(writer)
     return bytes(buffer.data().data())
 
 
-def _keep_headings(document: QTextDocument, writer: QPdfWriter) -> None:
-    """Begin a page before each heading and title that a page's end would part from what follows."""
+def _keep_together(document: QTextDocument, writer: QPdfWriter) -> None:
+    """Begin a page before each heading and title that a page's end would part from what follows, and before each row of
+    a table that it would tear."""
     printed = document.clone()  # as `print_` lays it out
     layout = printed.documentLayout()
     layout.setPaintDevice(writer)
@@ -59,15 +62,44 @@ def _keep_headings(document: QTextDocument, writer: QPdfWriter) -> None:
     margins.setMargin(_MARGIN)
     printed.rootFrame().setFrameFormat(margins)
     printed.setPageSize(QSizeF(writer.width(), writer.height()))
-    margin = _MARGIN / 96 * writer.logicalDpiY()
+    pixel, height = writer.logicalDpiY() / 96, writer.height()
     block, twin = printed.begin(), document.begin()
     while block.next().isValid():
-        ends = (layout.blockBoundingRect(each).bottom() + margin for each in (block, block.next()))
-        page, next_page = (int((end - 1) // writer.height()) for end in ends)  # of its last line
+        top, bottom = _row_at(block, layout)
+        end = (top // height + 1) * height - _MARGIN * pixel  # of the page
+        if top < end < bottom:
+            for start in (block, twin):
+                _lower_row(QTextCursor(start), (end - top) / pixel)
+        ends = (layout.blockBoundingRect(each).bottom() + _MARGIN * pixel for each in (block, block.next()))
+        page, next_page = (int((end - 1) // height) for end in ends)  # of its last line
         if block.blockFormat().headingLevel() and page != next_page:
             _begin_page(QTextCursor(block))
             _begin_page(QTextCursor(twin))
         block, twin = block.next(), twin.next()
+
+
+def _row_at(block: QTextBlock, layout: QAbstractTextDocumentLayout) -> tuple[float, float]:
+    """Top and bottom of the row of a table of several that begins with a block; zeros where none does."""
+    cursor = QTextCursor(block)
+    table = cursor.currentTable()
+    if not table or table.rows() == 1 or (first := table.cellAt(cursor)).column() > 0:
+        return 0.0, 0.0
+    if first.firstCursorPosition() != cursor:
+        return 0.0, 0.0
+    cells = [table.cellAt(first.row(), column) for column in range(table.columns())]
+    ends = (layout.blockBoundingRect(cell.lastCursorPosition().block()).bottom() for cell in cells)
+    return layout.blockBoundingRect(block).top(), max(ends)
+
+
+def _lower_row(cursor: QTextCursor, by: float) -> None:
+    """Lower the content of a table's row [px]."""
+    table = cursor.currentTable()
+    row = table.cellAt(cursor).row()
+    for column in range(table.columns()):
+        cell = table.cellAt(row, column)
+        form = cell.format().toTableCellFormat()
+        form.setTopPadding(form.topPadding() + by)
+        cell.setFormat(form)
 
 
 def _begin_page(cursor: QTextCursor) -> None:

@@ -12,11 +12,11 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QMessageBox
 
 from ilf._runtime.formatting import counted
-from ilf._runtime.named_places import note_opened
 from ilf.project.file import OpenedProject
 from ilf.project.sources import Places
 from ilf.project.state_codec import UnreadableFrame, frame_part
 from ilf.run.options import as_file_name
+from ilf.sources.named_places import note_opened
 
 from ...base.commands import command, take_typed
 from ...base.needs import Need

@@ -19,11 +19,11 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted, grouped
-from ilf._runtime.named_places import note_opened
 from ilf.data.frame import InputFile
 from ilf.project.file import OpenedProject
 from ilf.project.missing_files import MissingFile, locate, missing_files, relocated
 from ilf.project.sources import MissingSource
+from ilf.sources.named_places import note_opened
 
 from ...project.current_project import source_of
 from ...state.entries import Entry

@@ -10,11 +10,11 @@ from functools import partial
 from pathlib import Path
 
 from ilf._runtime.formatting import counted
-from ilf._runtime.named_places import may_look_at, named_in
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
 from ilf.project.file import OpenedProject, open_project
 from ilf.project.recovery import RecoverableWork, copy_frames
+from ilf.sources.named_places import may_look_at, named_in
 
 from ..context import Context
 from .feature import ProjectFeature

@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from ilf.drawing.clouds import NEAR, Look, OrbitCamera
+from ilf.drawing.clouds import NEAR, OrbitCamera, Sight
 
 from ...base import theme
 from ...base.theme import Colours
@@ -241,11 +241,11 @@ class CloudCanvas(QWidget):
         x, y, before = self.camera.project(self.scene.points[index : index + 1], self.width(), self.height())[0]
         return QPointF(x, y) if before > NEAR else None
 
-    def _look(self) -> Look:
+    def _look(self) -> Sight:
         """The current look."""
         ratio = self.devicePixelRatioF()
         back = theme.colours(self.palette()).background
-        return Look(
+        return Sight(
             self.camera,
             max(round(self.width() * ratio), 1),
             max(round(self.height() * ratio), 1),

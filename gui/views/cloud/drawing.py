@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 
-from ilf.drawing.clouds import Look, Splat, splat, splat_steps
+from ilf.drawing.clouds import Sight, Splat, splat, splat_steps
 
 from ...work.latest_request import LatestRequest
 from .scene import Scene, empty_scene
@@ -29,7 +29,7 @@ class _Picture:
 
     image: QImage
     scene: Scene
-    look: Look
+    look: Sight
     nearest: NDArray[np.int32]
     side: int = 1
 
@@ -51,7 +51,7 @@ class CloudDrawing(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.scene = empty_scene()
-        self._look: Look | None = None
+        self._look: Sight | None = None
         self._picture: _Picture | None = None
         self._subset: Scene | None = None
         """Some of the points, for a coarse picture."""
@@ -68,7 +68,7 @@ class CloudDrawing(QObject):
             self._picture = None
             self.pause()
 
-    def look(self, look: Look, moving: bool) -> None:
+    def look(self, look: Sight, moving: bool) -> None:
         """Set the look, in screen pixels.
 
         The old picture stays until the full one is drawn, unless the cloud moves or is small enough to draw
@@ -133,7 +133,7 @@ class CloudDrawing(QObject):
         """Whether the full picture is pending."""
         return self._rest.isActive() or self._whole.busy
 
-    def _draw_now(self, look: Look) -> None:
+    def _draw_now(self, look: Sight) -> None:
         side, count = detail(len(self.scene), look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
         scene = self.scene if count == len(self.scene) else self._subset_of(count)
@@ -166,7 +166,7 @@ class CloudDrawing(QObject):
                 key=(scene, look),
             )
 
-    def _take_whole(self, scene: Scene, look: Look, drawn: Splat) -> None:
+    def _take_whole(self, scene: Scene, look: Sight, drawn: Splat) -> None:
         if (scene, look) == (self.scene, self._look):
             self._picture = _Picture(_image_of(drawn), scene, look, drawn.nearest)
             self._subset = None
@@ -180,7 +180,7 @@ def detail(points: int, pixels: int) -> tuple[int, int]:
     return math.ceil(math.sqrt(pixels / MOVING_PIXELS)), min(points, MOVING_POINTS)
 
 
-def _coarse(look: Look, side: int) -> Look:
+def _coarse(look: Sight, side: int) -> Sight:
     """The same look with picture pixels of `side` screen pixels."""
     size = None if look.point_size is None else max(round(look.point_size / side), 1)
     return replace(look, width=max(look.width // side, 1), height=max(look.height // side, 1), point_size=size)

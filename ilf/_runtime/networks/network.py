@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
@@ -19,10 +20,12 @@ from ...errors import FormatError, IlfError, InputError, told_as
 from ..files import read_file
 from ..installation import asset_path
 from ..memory import memory_limit
-from .protobuf import has_external_data
 from .session import RefusedInputError, Session, device
 
 Answer = TypeVar("Answer")
+
+_IN_OTHER_FILE = re.compile(rb"\x6a[\0-\xff]{1,3}\x0a\x08location\x12")
+"""How weights in another file are named: the field 13 of a tensor in the protocol buffer."""
 
 TRIAL_S, _LONGEST_S = 30.0, 3600.0
 """Time limits of a network of the user for small images, as it is tried with, and for others [s]."""
@@ -34,13 +37,9 @@ _READ_BYTES_PER_S = 4_000_000
 """Rate at which the slowest computers read a network."""
 
 
-def is_bundled(sha256: str) -> bool:
-    """Whether a network with this content is bundled."""
-    return sha256 in _bundled()
-
-
 @cache
 def _bundled() -> frozenset[str]:
+    """The hashes of the bundled networks."""
     sums = asset_path("models/SHA256SUMS").read_text(encoding="ascii")
     return frozenset(line.split()[0] for line in sums.splitlines())
 
@@ -120,11 +119,9 @@ class OnnxNetwork:
         sha256 = hashlib.sha256(content.data).hexdigest()
         remedy = f"Choose an intact ONNX file with its weights{cls.INSTEAD}."
         unreadable = f"{path.name} cannot be read as an ONNX network. {remedy}"
-        if is_bundled(sha256):
+        if sha256 in _bundled():
             return cls(Session(content), path, sha256)
-        with told_as(FormatError, unreadable, ValueError):
-            is_outside = has_external_data(content)
-        if is_outside:
+        if _IN_OTHER_FILE.search(content.data):
             raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
         return cls(SessionInChild(content, path.name, sha256, unreadable), path, sha256)
 

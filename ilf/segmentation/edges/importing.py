@@ -1,4 +1,4 @@
-"""Importing a user's edge network: HED's weights, or any ONNX network from one image to its edges."""
+"""Importing a user's edge network: any ONNX network from one image to its edges."""
 
 from __future__ import annotations
 
@@ -16,11 +16,31 @@ from ..._runtime.networks.models import name_from, new_model_path
 from ..._runtime.networks.session import RefusedInputError
 from ..._runtime.writing import ensure_folder, write_bytes
 from ...errors import FormatError, InputError, told_as
-from . import hed
 from .detectors import EdgeNetwork, OutputRangeError
 
 if TYPE_CHECKING:
     from onnx import GraphProto, ValueInfoProto
+
+# Input normalisations of networks, as 1 x 1 convolutions of RGB in [0, 1].
+
+_CAFFE_MEAN = (104.00698793, 116.66876762, 122.67891434)
+_IMAGENET_MEAN, _IMAGENET_DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+
+INPUTS = {
+    "rgb": "RGB in 0 to 1",
+    "imagenet": "RGB minus the mean of ImageNet, divided by its standard deviation",
+    "caffe": "BGR in 0 to 255 minus the mean of Caffe's networks, such as HED",
+}
+
+
+def _normalisation(name: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Weight (3, 3, 1, 1) and bias (3,) of the convolution that converts RGB in [0, 1] to one of `INPUTS` but RGB."""
+    if name == "imagenet":
+        weight, bias = np.diag(np.reciprocal(_IMAGENET_DEVIATION)), -np.divide(_IMAGENET_MEAN, _IMAGENET_DEVIATION)
+    else:
+        weight, bias = 255 * np.eye(3)[::-1], -np.asarray(_CAFFE_MEAN)
+    return weight.astype(np.float32)[..., None, None], bias.astype(np.float32)
+
 
 # ONNX networks of other origin: nodes that adapt their input and output.
 
@@ -28,7 +48,7 @@ if TYPE_CHECKING:
 def _edited(content: NDArray[np.uint8], file: str, edit: Callable[..., None], *how: str) -> NDArray[np.uint8]:
     """The content of an ONNX network after a function of its graph, its image input and `how` has changed these; raises
     FormatError if it is no ONNX file, or has another number of inputs."""
-    onnx = optional(*hed.ONNX_PACKAGE)
+    onnx = optional("onnx", "onnx", "Converting a network")
     from google.protobuf.message import DecodeError
 
     damaged = f"{file} is not an intact ONNX file ({{error}}). Export or copy it again."
@@ -47,7 +67,7 @@ def _add_normalisation(graph: GraphProto, image: ValueInfoProto, inputs: str) ->
     from onnx import helper, numpy_helper
 
     names = ("ilf_weight", "ilf_bias")
-    graph.initializer.extend(map(numpy_helper.from_array, hed.normalisation(inputs), names))
+    graph.initializer.extend(map(numpy_helper.from_array, _normalisation(inputs), names))
     graph.node.insert(0, helper.make_node("Conv", ["ilf_image", *names], [image.name], kernel_shape=[1, 1]))
     image.name = "ilf_image"
 
@@ -74,10 +94,7 @@ def _free_size(graph: GraphProto, image: ValueInfoProto) -> None:
 
 # Importing a file as an edge network of the user.
 
-_ONNX, _CAFFE, _KERAS = _SUFFIXES = (".onnx", ".caffemodel", ".h5")
 _PLAIN_RGB = "rgb"
-
-_OTHER_FILE = "Select a file with HED's weights, or convert the network to ONNX."
 
 
 def add_model(
@@ -93,13 +110,13 @@ def add_model(
     Parameters
     ----------
     file : str or path
-        An ONNX network (.onnx), or weights of HED from Caffe (.caffemodel) or Keras (.h5).
+        An ONNX network (.onnx).
     name : str, optional
         Name of the network; made from the file's name if left out.
     inputs : str
-        Input of an ONNX network: one of `INPUTS`.
+        Its input: one of `INPUTS`.
     logits : bool
-        Whether an ONNX network lacks the sigmoid at its end.
+        Whether it lacks the sigmoid at its end.
     replace : bool
         Whether it may replace one of the user's networks of the same name.
 
@@ -119,40 +136,18 @@ def add_model(
     """
     source = Path(file)
     target = new_model_path(name_from(source) if name is None else name, replace)
-    content = _converted(source, inputs, logits)
+    if source.suffix.lower() != ".onnx":
+        raise FormatError(f"{source} is not an ONNX network (.onnx). Export it from its framework to ONNX.")
+    if inputs not in INPUTS:
+        raise InputError(f"The input of a network must be one of {', '.join(INPUTS)}, not {inputs!r}.")
+    content = _converted(read_file(source).data, source, inputs, logits)
     ensure_folder(target.parent)
     write_bytes(target, content.tobytes())
     return target
 
 
-def _converted(source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
+def _converted(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     """The content of a tested network file of this library's convention."""
-    suffix = source.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise FormatError(f"{source} has an unknown format. Select a file of type {', '.join(_SUFFIXES)}.")
-    if inputs not in hed.INPUTS:
-        raise InputError(f"The input of a network must be one of {', '.join(hed.INPUTS)}, not {inputs!r}.")
-    content = read_file(source).data
-    if suffix == _ONNX:
-        return _from_onnx(content, source, inputs, logits)
-    if inputs != _PLAIN_RGB or logits:
-        raise InputError(f"--input and --logits are for ONNX networks only: leave them out for {source.name}.")
-    return _from_hed(content, source, caffe=suffix == _CAFFE)
-
-
-def _from_hed(content: NDArray[np.uint8], source: Path, caffe: bool) -> NDArray[np.uint8]:
-    layers = (hed.read_caffemodel if caffe else hed.read_keras_weights)(content, source.name)
-    if missing := [name for name in hed.LAYERS if name not in layers]:
-        raise FormatError(f"{source.name} contains no weights of HED: the layer {missing[0]} is missing. {_OTHER_FILE}")
-    content = np.frombuffer(hed.hed_network(layers, caffe), np.uint8)
-    try:
-        EdgeNetwork.read(content, source)
-    except FormatError as error:
-        raise FormatError(f"{source.name} contains no weights of HED: its layers do not fit. {_OTHER_FILE}") from error
-    return content
-
-
-def _from_onnx(content: NDArray[np.uint8], source: Path, inputs: str, logits: bool) -> NDArray[np.uint8]:
     if inputs != _PLAIN_RGB:
         content = _edited(content, source.name, _add_normalisation, inputs)
     try:

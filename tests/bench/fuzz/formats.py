@@ -74,8 +74,6 @@ _ALL = (
     Format("trajectory", "groundtruth.txt", seeds.trajectory, of_text, readers.trajectory),
     Format("pose", "frame-000000.pose.txt", seeds.pose, of_text, readers.pose),
     Format("onnx", "net.onnx", seeds.onnx, of_bytes, readers.network),
-    Format("caffemodel", "hed.caffemodel", seeds.caffemodel, of_bytes, readers.network),
-    Format("keras-hdf5", "hed.h5", seeds.keras, of_bytes, readers.network),
     Format("nyu-labelled", "nyu.mat", seeds.nyu_labelled, of_bytes, readers.recording),
     Format("depth-exr", "depth.exr", recording_seeds.depth_exr, of_bytes, readers.depth),
     Format("depth-pfm", "depth.pfm", recording_seeds.depth_pfm, of_bytes, readers.depth),

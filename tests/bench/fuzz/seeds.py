@@ -19,7 +19,6 @@ from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
-from tests.ilf.hed_files import hed_weights, write_caffemodel, write_keras
 from tests.ilf.project_states import made_frame, rich_state, small_frame
 from tests.ilf.tiny_onnx import message, node, number
 
@@ -420,16 +419,6 @@ def _network(nodes: list[bytes], weights: bytes = b"") -> bytes:
     graph += message(5, weights) if weights else b""
     graph += message(11, image("image", 3)) + message(12, image("strength", 1))
     return number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))
-
-
-def caffemodel(folder: Path) -> list[bytes]:
-    """HED with few channels, with today's fields and those of 2014."""
-    return [write_caffemodel(folder / "w", hed_weights(False), old).read_bytes() for old in (False, True)]
-
-
-def keras(folder: Path) -> list[bytes]:
-    """HED with few channels."""
-    return [write_keras(folder / "w", hed_weights(False)).read_bytes()]
 
 
 def nyu_labelled(folder: Path) -> list[bytes]:

@@ -1,6 +1,7 @@
 """The pages of a printed report."""
 
 import pytest
+from PySide6.QtCore import QSizeF
 from PySide6.QtGui import QTextDocument, QTextFormat
 
 from gui.features.export import pdf
@@ -29,3 +30,29 @@ def test_a_heading_is_on_the_page_of_what_follows(qapp, monkeypatch, what, lines
     for before in range(30, 80):
         list(pdf.pdf_steps(Report("a report", ("<p>line</p>" * before + what,))))
     assert 0 < sum(begins) <= lines
+
+
+def test_no_page_ends_within_a_row(qapp, monkeypatch):
+    torn = []
+
+    class Document(QTextDocument):
+        def print_(self, printer):
+            self.documentLayout().setPaintDevice(printer)
+            margins = self.rootFrame().frameFormat()
+            margins.setMargin(pdf._MARGIN)
+            self.rootFrame().setFrameFormat(margins)
+            self.setPageSize(QSizeF(printer.width(), printer.height()))
+            table = self.rootFrame().childFrames()[0]
+            for row in range(table.rows()):
+                cell = table.cellAt(row, 0)
+                blocks = cell.firstCursorPosition().block(), cell.lastCursorPosition().block()
+                rects = map(self.documentLayout().blockBoundingRect, blocks)
+                first, last = (rect.center().y() // printer.height() for rect in rects)
+                torn.append(first != last)
+
+    monkeypatch.setattr(pdf, "QTextDocument", Document)
+    row = "<tr><td><p>Run 1</p><p>2026-01-01, best</p><p>note</p></td><td>2</td></tr>"
+    for before in range(3):
+        list(pdf.pdf_steps(Report("a report", ("<p>line</p>" * before + f"<table>{row * 40}</table>",))))
+    assert not any(torn)
+    assert len(torn) == 120

@@ -2,7 +2,6 @@
 
 import csv
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,10 +12,10 @@ import ilf
 from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.run_output import completion_record, completion_report, dominant_block, errors_of
+from ilf.cli.run_output import completion_record, completion_report, errors_of
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import UserPreset, write_preset
-from ilf.evaluation.evaluation import Evaluation, evaluate_completion
+from ilf.evaluation.evaluation import evaluate_completion
 from ilf.evaluation.hold_out import HoldOutTest, compared_steps, evaluate_hold_out, hold_out_steps
 from ilf.evaluation.sweep import Sweep, run_sweep
 
@@ -83,21 +82,6 @@ def test_the_first_report_of_the_sample_is_short_and_tells_what_was_not_scored(r
     assert any(f"{unknown:,} of {missing:,} missing pixels" in line for line in lines)
 
 
-def test_the_report_tells_where_most_of_the_error_comes_from(room, monkeypatch):
-    run, completion = room
-    ground_truth, filled = run.frame.ground_truth, completion.filled
-    worst = int(np.bincount(run.blocks.labels[filled & (run.blocks.labels > 0)]).argmax())
-    block = run.blocks.labels == worst
-    frame = run.frame.with_ground_truth(np.where(block, completion.depth + 9, ground_truth))
-    completion = replace(completion, run=replace(run, frame=frame))
-    assert ilf.unsupported(completion)[block & filled].mean() < 0.5
-    line = next(line for line in report_of(completion).splitlines() if line.startswith(f"Block {worst} has "))
-    assert line.endswith("% of the squared error.")
-    monkeypatch.setattr("ilf.cli.run_output.unsupported", lambda of: of.filled)
-    why = "100% of its filled pixels are unsupported by measurements"
-    assert f"{line.removesuffix('.')}; {why}." in report_of(completion)
-
-
 def test_evaluate_tells_which_missing_pixels_are_not_scored(files, cli):
     truth = cv2.imread("in/gt.png", cv2.IMREAD_UNCHANGED)
     missing = cv2.imread(files[1], cv2.IMREAD_UNCHANGED) == 0
@@ -109,25 +93,6 @@ def test_evaluate_tells_which_missing_pixels_are_not_scored(files, cli):
     assert f"100 of {missing.sum():,} missing pixels" in line
     assert json.loads(cli(*arguments, "--json").out)["unscored"] == 100
     assert "Not scored" not in cli("evaluate", *files, "--hold-out", "areas", *QUICK).out
-
-
-@pytest.mark.parametrize(
-    ("blocks", "found"),
-    [
-        ({}, None),
-        ({1: Evaluation(4, rmse=1.0)}, None),
-        ({1: Evaluation(4, rmse=1.0), 2: Evaluation(0)}, None),
-        ({1: Evaluation(4, rmse=0.0), 2: Evaluation(4, rmse=0.0)}, None),
-        ({1: Evaluation(4, rmse=1.0), 2: Evaluation(3, rmse=2.0)}, 2),
-        ({1: Evaluation(3, rmse=1.0), 2: Evaluation(4, rmse=2.0)}, None),
-        ({1: Evaluation(1, rmse=1.0), 2: Evaluation(2, rmse=1.0), 3: Evaluation(2, rmse=1.0)}, None),
-    ],
-)
-def test_the_block_that_has_most_of_the_error(blocks, found):
-    pixels = sum(one.pixels for one in blocks.values())
-    squared = sum(one.pixels * one.rmse**2 for one in blocks.values() if one.pixels)
-    whole = Evaluation(pixels, rmse=(squared / max(pixels, 1)) ** 0.5)
-    assert dominant_block(whole, blocks) == (None if found is None else (found, pytest.approx(0.75)))
 
 
 def test_info_tells_what_is_known_of_the_truth(files, cli):

@@ -1,7 +1,5 @@
 """`ilf stream`: a recording, frame after frame, into one MCAP file or a folder."""
 
-import subprocess
-
 import numpy as np
 import pytest
 
@@ -45,8 +43,6 @@ def test_a_folder_gets_a_frame_in_each_of_its_folders(tmp_path, capsys):
         (["stream", "in", "--out", "a.bag"], 1, ".bag is the file type of ROS 1"),
         (["stream", "in", "--out", "a", "--rate", "0"], 1, "--rate must be more than 0"),
         (["stream", "in", "--results", "--out", "a.mcap"], 1, "in contains no results"),
-        (["live", "in", "--capture", "a"], 2, "give --realsense in place of a source"),
-        (["live", "--realsense", "--settle", "3"], 2, "add --capture"),
     ],
 )
 def test_what_cannot_be_done_is_told_and_nothing_is_written(tmp_path, monkeypatch, cli, words, status, said):
@@ -54,19 +50,3 @@ def test_what_cannot_be_done_is_told_and_nothing_is_written(tmp_path, monkeypatc
     write_small_frame(tmp_path / "in" / "b")
     assert said in cli(*words, status=status).err
     assert [path.name for path in tmp_path.iterdir()] == ["in"]
-
-
-@pytest.mark.parametrize("played", [["room"], ["--realsense"]])
-def test_live_starts_the_window_as_it_is_installed(monkeypatch, played):
-    commands = []
-    monkeypatch.setattr("ilf.cli.live.connected_realsense", lambda: None)
-    monkeypatch.setattr(subprocess, "call", lambda command: commands.append(command) or 3)
-    with pytest.raises(SystemExit) as ended:
-        main(["live", *played, "--rate", "5"])
-    assert ended.value.code == 3
-    (command,) = commands
-    wanted = ["--realsense"] if played == ["--realsense"] else ["--live", *played]
-    assert command[-len(wanted) - 2 :] == [*wanted, "--rate", "5.0"]
-    if played == ["room"]:
-        found = subprocess.run([*command[: -len(wanted) - 2], "--version"], capture_output=True, text=True, check=True)
-        assert found.stdout.startswith("ilf-gui ")

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ilf.drawing.clouds import NEAR, Look, OrbitCamera, splat
+from ilf.drawing.clouds import NEAR, OrbitCamera, Sight, splat
 
 WIDTH, HEIGHT = 24, 18
 BACKGROUND = (7, 8, 9)
 
 
 def draw(points, colours, *look, **named):
-    return splat(points, colours, Look(*look, **named)).picture
+    return splat(points, colours, Sight(*look, **named)).picture
 
 
 def brute_force(points, colours, camera, size):
@@ -81,7 +81,7 @@ def test_single_gaps_of_a_surface_are_closed_and_its_outline_stays():
     camera = OrbitCamera((0, 0, 2), 2.0)
     points = wall(0.02)
     points = points[(np.abs(points[:, :2]) < 0.4).all(axis=1)]
-    look = Look(camera, 60, 60)
+    look = Sight(camera, 60, 60)
     whole = splat(points, np.full(points.shape, 200, np.uint8), look, spacing=1e-6).nearest >= 0
     assert whole[20:40, 20:40].all()
     some = points[np.hypot(points[:, 0], points[:, 1]) > 0.03]
@@ -120,7 +120,7 @@ def test_shading_darkens_behind_an_edge_and_nothing_on_a_wall():
 def test_the_point_at_each_pixel_is_told_and_depths_clip():
     points = np.array([[0, 0, 1], [0, 0, 2]], np.float32)
     colours = np.array([[255, 0, 0], [0, 255, 0]], np.uint8)
-    look = Look(OrbitCamera((0, 0, 1.5), 1.5), WIDTH, HEIGHT, BACKGROUND, 3, shaded=False)
+    look = Sight(OrbitCamera((0, 0, 1.5), 1.5), WIDTH, HEIGHT, BACKGROUND, 3, shaded=False)
     drawn = splat(points, colours, look)
     assert drawn.nearest[HEIGHT // 2, WIDTH // 2] == 0
     assert ((drawn.nearest == -1) == (drawn.picture == BACKGROUND).all(axis=2)).all()
@@ -134,7 +134,7 @@ def test_the_point_at_each_pixel_is_told_and_depths_clip():
 def test_projected_points_lie_where_they_are_drawn():
     points = np.random.default_rng(2).uniform((-1, -1, 1), (1, 1, 3), (40, 3)).astype(np.float32)
     camera = OrbitCamera((0.1, -0.2, 2.0), 3.0, 0.5, 0.3)
-    nearest = splat(points, np.zeros((40, 3), np.uint8), Look(camera, 200, 150, point_size=1, shaded=False)).nearest
+    nearest = splat(points, np.zeros((40, 3), np.uint8), Sight(camera, 200, 150, point_size=1, shaded=False)).nearest
     places = camera.project(points, 200, 150)
     rows, columns = np.nonzero(nearest >= 0)
     np.testing.assert_allclose(places[nearest[rows, columns], :2], np.column_stack([columns, rows]) + 0.5, atol=0.51)

@@ -1,9 +1,8 @@
-"""A user's own edge networks: HED against a direct computation, ONNX of other conventions, names, refusals."""
+"""A user's own edge networks: ONNX of other conventions, names, refusals."""
 
 import re
 import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +28,6 @@ from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import load_model
 from ilf.segmentation.edges.importing import add_model
 
-from ..hed_files import caffe_strength, hed_weights, keras_strength, write_caffemodel, write_keras
-
-SIZES = [(32, 48), (64, 32)]
 GAINS = np.array([0.5, -0.2, 0.3], np.float32)
 
 
@@ -86,28 +82,6 @@ def write_weighted_sum(
 SIGMOID = helper.make_node("Sigmoid", ["sum"], ["strength"])
 
 
-HED: dict[str, tuple[str, Callable[..., Path], Callable[..., np.ndarray], bool]] = {
-    "Caffe of 2014": ("a.caffemodel", partial(write_caffemodel, old=True), caffe_strength, False),
-    "Caffe of 2014, with kernels": ("a.caffemodel", partial(write_caffemodel, old=True), caffe_strength, True),
-    "Caffe": ("a.caffemodel", partial(write_caffemodel, old=False), caffe_strength, False),
-    "Caffe, with kernels": ("a.caffemodel", partial(write_caffemodel, old=False), caffe_strength, True),
-    "Keras": ("a.h5", write_keras, keras_strength, False),
-}
-"""Name and writer of a file, what its framework computes, and whether kernels that scale up are in the file."""
-
-
-@pytest.mark.parametrize("framework", HED)
-def test_hed_is_what_its_framework_computes(tmp_path, framework):
-    name, write, strength, upsampling = HED[framework]
-    weights = hed_weights(upsampling)
-    path = add_model(write(tmp_path / name, weights))
-    for size in SIZES:
-        rgb = picture(*size)
-        expected = strength(rgb, weights)
-        assert np.ptp(expected) > 0.05
-        np.testing.assert_allclose(strength_by(path, rgb), expected, atol=2e-5)
-
-
 def test_an_imported_network_is_listed_and_found_by_name(tmp_path, folder):
     assert model_names() == (BUNDLED,)
     source = write_weighted_sum(tmp_path / "my net (2).onnx", SIGMOID)
@@ -153,12 +127,6 @@ def half(path: Path) -> Path:
     return path
 
 
-def without(name: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    weights = hed_weights(upsampling=False)
-    del weights[name]
-    return weights
-
-
 def with_two_inputs(path: Path) -> Path:
     model = onnx.load(write_weighted_sum(path, helper.make_node("Add", ["sum", "y"], ["strength"])))
     model.graph.input.append(helper.make_tensor_value_info("y", 1, [1, 1, "h", "w"]))
@@ -172,32 +140,9 @@ def write_text(path: Path) -> Path:
 
 
 REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
-    "truncated Caffe": (
-        "a.caffemodel",
-        lambda p: half(write_caffemodel(p, hed_weights(False), True)),
-        "a.caffemodel is not an intact Caffe model .truncated.",
-    ),
-    "truncated Keras": ("a.h5", lambda p: half(write_keras(p, hed_weights(False))), "a.h5 is not a complete HDF5 file"),
     "truncated ONNX": ("a.onnx", lambda p: half(write_weighted_sum(p, SIGMOID)), "a.onnx cannot be read as an ONNX"),
-    "text as Caffe": ("a.caffemodel", write_text, "a.caffemodel is not an intact Caffe model"),
     "text as ONNX": ("a.onnx", write_text, "a.onnx cannot be read as an ONNX"),
-    "other format": ("a.pth", write_text, "an unknown format. Select a file of type .onnx, .caffemodel, .h5"),
-    "Caffe of another network": (
-        "a.caffemodel",
-        lambda p: write_caffemodel(p, without("score-dsn3"), False),
-        "no weights of HED: the layer score-dsn3 is missing",
-    ),
-    "Keras of another network": ("a.h5", lambda p: write_keras(p, without("conv4_2")), "the layer conv4_2 is missing"),
-    "other shape": (
-        "a.caffemodel",
-        lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": hed_weights(False)["conv3_2"]}, False),
-        "no weights of HED: its layers do not fit",
-    ),
-    "flat weights": (
-        "a.caffemodel",
-        lambda p: write_caffemodel(p, hed_weights(False) | {"conv2_1": (np.ones(12), np.ones(4))}, False),
-        "the layer conv2_1 is missing",
-    ),
+    "weights of Caffe": ("a.caffemodel", write_text, "a.caffemodel is not an ONNX network"),
     "two inputs": ("a.onnx", with_two_inputs, "has 2 inputs, not one image"),
     "fixed size": (
         "a.onnx",
@@ -225,8 +170,6 @@ def test_what_is_no_edge_network_is_refused_and_leaves_nothing(tmp_path, folder,
 def test_options_that_do_not_fit_the_file_are_refused(tmp_path):
     with pytest.raises(InputError, match="Add it without --logits"):
         add_model(write_weighted_sum(tmp_path / "net.onnx", SIGMOID), logits=True)
-    with pytest.raises(InputError, match=r"leave them out for hed\.h5"):
-        add_model(write_keras(tmp_path / "hed.h5", hed_weights(False)), inputs="imagenet")
     with pytest.raises(InputError, match="one of rgb, imagenet, caffe, not 'bgr'"):
         add_model(tmp_path / "net.onnx", inputs="bgr")
 
@@ -252,12 +195,10 @@ def test_names_that_cannot_be_used_are_refused(tmp_path):
 
 def test_only_conversions_need_the_onnx_package(tmp_path, monkeypatch):
     ready = write_weighted_sum(tmp_path / "ready.onnx", SIGMOID)
-    hed = write_keras(tmp_path / "hed.h5", hed_weights(False))
     fixed = write_weighted_sum(tmp_path / "fixed.onnx", SIGMOID, size=(320, 480))
     monkeypatch.setitem(sys.modules, "onnx", None)
     add_model(ready)
     for refused in (
-        lambda: add_model(hed),
         lambda: add_model(ready, "other", inputs="caffe"),
         lambda: add_model(fixed),
     ):

@@ -73,11 +73,11 @@ def test_a_frame_of_a_device(library, tmp_path, monkeypatch):
     assert pair.depth_to_colour[:2, :2] == pytest.approx(
         np.array([[math.cos(0.004), -math.sin(0.004)], [math.sin(0.004), math.cos(0.004)]]), abs=1e-6
     )
-    assert main(["live", "--realsense", "--capture", str(tmp_path / "taken"), "--settle", "2"]) == 0
+    assert main(["capture", str(tmp_path / "taken"), "--settle", "2"]) == 0
     frame = ilf.load_frame(tmp_path / "taken")
     assert (frame.shape, frame.intrinsics.fx) == ((H, W), 30)
     assert np.nanmedian(frame.depth) == pytest.approx(np.nanmedian(register(pair).depth), abs=0.01)
-    assert main(["live", "--realsense", "--capture", str(tmp_path / "taken"), "--settle", "1"]) == 1
+    assert main(["capture", str(tmp_path / "taken"), "--settle", "1"]) == 1
 
 
 def test_frames_come_until_the_camera_is_lost(library, monkeypatch):
@@ -89,10 +89,9 @@ def test_frames_come_until_the_camera_is_lost(library, monkeypatch):
     assert not software.running
 
 
-@pytest.mark.parametrize("command", [["live", "--realsense", "--capture", "none"], ["live", "--realsense"]])
-def test_no_camera_is_one_message(library, cli, tmp_path, monkeypatch, command):
+def test_no_camera_is_one_message(library, cli, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    said = cli(*command, status=1).err
+    said = cli("capture", "none", status=1).err
     assert said.startswith("ilf: error: No RealSense camera is connected")
     assert said.count("\n") == 1
     assert not (tmp_path / "none").exists()
@@ -113,7 +112,7 @@ def test_without_the_library(monkeypatch, cli):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     with pytest.raises(InputError, match=r"needs the package pyrealsense2, .*ilf-studio\[sensors\]"):
         capture_frame()
-    assert "ilf-studio[sensors]" in cli("live", "--realsense", status=1).err
+    assert "ilf-studio[sensors]" in cli("capture", "none", status=1).err
 
 
 class _SeenFrame:

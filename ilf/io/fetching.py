@@ -1,4 +1,4 @@
-"""One file from a web server, whole and right or not at all: resumed after a cut, checked, renamed into place."""
+"""One file from a web server, whole and right or not at all: continued after a cut, checked, renamed into place."""
 
 from __future__ import annotations
 
@@ -11,34 +11,25 @@ from urllib.request import Request, urlopen
 
 from filelock import FileLock, Timeout
 
+from .._runtime.cancellation import check_cancelled
+from .._runtime.files import file_sha256
+from .._runtime.installation import __version__
+from .._runtime.writing import ensure_folder, remedy
 from ..errors import ExportError, InputError, cause
-from .cancellation import check_cancelled
-from .files import file_sha256
-from .installation import __version__
-from .writing import ensure_folder, remedy
 
 Progress = Callable[[int, int], object]
 """Called with the number of bytes that are here, and of all."""
 
-SILENCE_S = 30.0
+_SILENCE_S = 30.0
 """Time limit of a connection, and of waiting for more bytes [s]."""
 
 _BLOCK = 2**18
-_TRIES = 4
-"""Number of connections, where they are cut."""
 
 ROUNDED = 0.01
 """Relative difference up to which a size is a rounded one of the file; its hash tells the rest."""
 
-_MARK = ".etag"
-"""Suffix of the file beside the part with what tells one version of the file from another."""
-
 _NOTHING_LEFT = 416
 """Status of an answer to a question for what comes after the end."""
-
-
-class _CutError(Exception):
-    """The connection ended before the file did."""
 
 
 def fetch(
@@ -46,13 +37,13 @@ def fetch(
     target: Path,
     size: int,
     sha256: str | None,
-    progress: Progress | None = None,
-    check: Callable[[Path, str], object] | None = None,
+    progress: Progress | None,
+    check: Callable[[Path, str], object],
 ) -> str:
     """Fetch a file, and return its SHA-256 in hexadecimal digits.
 
     If the connection is cut or the work is cancelled, what has come stays in a hidden file beside the target, and the
-    next call continues there if the server has the same file still.
+    next call continues there if the hash is known, which tells whether the server had the same file still.
 
     Parameters
     ----------
@@ -64,9 +55,9 @@ def fetch(
         Size of the file [bytes], which may be rounded.
     sha256 : str or None
         Its hash; None if it is not known.
-    progress : callable, optional
+    progress : callable or None
         See `Progress`.
-    check : callable, optional
+    check : callable
         Called with the path of the whole file and its hash before it appears; may raise.
 
     Raises
@@ -82,20 +73,19 @@ def fetch(
     part = ensure_folder(target.parent) / f".{target.name}.part"
     try:
         with FileLock(part.with_suffix(".lock"), timeout=0):
-            _received(address, part, size, progress)
+            if sha256 is None:
+                part.unlink(missing_ok=True)
+            _receive(address, part, size, progress)
             found = file_sha256(part)
             try:
                 if sha256 not in {None, found}:
                     why = f"the SHA-256 is {found} instead of {sha256}"
-                    raise InputError(f"{address}: {why}, so the file is not used. Ask its publisher.")
-                if check is not None:
-                    check(part, found)
+                    raise InputError(f"{address}: {why}, so the file is not used. Try again, or ask its publisher.")
+                check(part, found)
             except InputError:
                 part.unlink()
-                part.with_suffix(_MARK).unlink()
                 raise
             os.replace(part, target)
-            part.with_suffix(_MARK).unlink()
     except Timeout as error:
         raise ExportError(f"Another process is fetching {target.name} now. Wait until it has ended.") from error
     except OSError as error:
@@ -103,69 +93,46 @@ def fetch(
     return found
 
 
-def _received(address: str, part: Path, size: int, progress: Progress | None) -> None:
-    """Complete the part by one connection or, if they are cut, by several."""
-    for left in reversed(range(_TRIES)):
-        try:
-            _receive(address, part, size, progress)
-        except _CutError as error:
-            if not left:
-                raise InputError(f"{address}: cut again and again ({error}). Repeat the command to go on.") from error
-        else:
-            return
-
-
 def _receive(address: str, part: Path, size: int, progress: Progress | None) -> None:
-    """Append to the part what it lacks, or write it anew where the server does not continue it."""
-    mark = part.with_suffix(_MARK)
-    tag = mark.read_text(encoding="utf-8") if mark.is_file() else ""
-    have = part.stat().st_size if tag and part.is_file() else 0
+    """Append to the part what it lacks, or write it anew where the server sends the whole file."""
+    have = part.stat().st_size if part.is_file() else 0
     headers = {"User-Agent": f"ilf-studio/{__version__}", "Accept-Encoding": "identity"}
     if have:
-        headers |= {"Range": f"bytes={have}-", "If-Range": tag}
+        headers["Range"] = f"bytes={have}-"
+    tolerance = ROUNDED * size
     with _answer(Request(address, headers=headers)) as answer:
-        if answer.status == _NOTHING_LEFT and answer.headers.get("Content-Range") == f"bytes */{have}":
+        if answer.status == _NOTHING_LEFT:
             return
-        is_next = answer.headers.get("Content-Range", "").startswith(f"bytes {have}-")
-        if answer.status == _NOTHING_LEFT or (answer.status == 206 and not is_next):
-            mark.unlink()
-            raise _CutError("the server does not send the part that was asked for")
         have = have if answer.status == 206 else 0
         stated = answer.headers.get("Content-Length")
         whole = size if stated is None else have + int(stated)
         if address.startswith("https:") and not answer.url.startswith("https:"):
             raise InputError(f"{address}: the server leads to an address without encryption, which is not opened.")
-        tolerance = ROUNDED * size
         if abs(whole - size) > tolerance:
             raise InputError(f"{address}: the file has {whole} bytes instead of {size}, so it is another one.")
-        entity = answer.headers.get("ETag", "")
-        mark.write_text("" if entity.startswith("W/") else entity, encoding="utf-8")
         with open(part, "ab" if have else "wb") as file:
-            while have <= whole + tolerance and (block := _next(answer)):
+            while block := _next(answer, address):
                 check_cancelled()
                 file.write(block)
                 have += len(block)
+                if have > whole + tolerance:
+                    file.truncate(0)
+                    raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
                 if progress is not None:
                     progress(have, max(whole, have))
     if have < whole - (0 if stated else tolerance):
-        raise _CutError(f"after {have} of {whole} bytes")
-    if have > whole + tolerance:
-        raise InputError(f"{address}: the server sends more than {whole} bytes, so it is another file.")
+        raise InputError(f"{address}: cut after {have} of {whole} bytes. Repeat the command to go on.")
 
 
 def _answer(request: Request) -> HTTPResponse | HTTPError:
-    """Connect to a server; raise _CutError if it may answer later, InputError if it does not."""
+    """Connect to a server; raise InputError if it does not answer with the file."""
     try:
-        answer: HTTPResponse = urlopen(request, timeout=SILENCE_S)
+        answer: HTTPResponse = urlopen(request, timeout=_SILENCE_S)
     except HTTPError as error:
         if error.code == _NOTHING_LEFT:
             return error
-        told = f"status {error.code}, {error.reason}"
-        if error.code >= 500:
-            raise _CutError(told) from error
-        raise InputError(
-            f"{request.full_url}: the server refuses it ({told}). Open the address in a browser."
-        ) from error
+        told = f"{request.full_url}: the server refuses it (status {error.code}, {error.reason})"
+        raise InputError(f"{told}. Open the address in a browser, or try again later.") from error
     except (OSError, HTTPException) as error:
         why = getattr(error, "reason", error)
         reason = cause(why) if isinstance(why, Exception) else str(why)
@@ -173,8 +140,8 @@ def _answer(request: Request) -> HTTPResponse | HTTPError:
     return answer
 
 
-def _next(answer: HTTPResponse | HTTPError) -> bytes:
+def _next(answer: HTTPResponse | HTTPError, address: str) -> bytes:
     try:
         return answer.read1(_BLOCK)
     except (OSError, HTTPException) as error:
-        raise _CutError(cause(error)) from error
+        raise InputError(f"{address}: cut ({cause(error)}). Repeat the command to go on.") from error

@@ -18,11 +18,10 @@ from functools import lru_cache
 from pathlib import Path, PurePath, PurePosixPath
 from urllib.parse import unquote
 
-from ..errors import ExportError, InputError
-from .addresses import Address
-from .files import MAX_FILE_BYTES, absolute, file_sha256, is_address
-from .installation import user_path
-from .writing import write_bytes
+from .._runtime.addresses import Address
+from .._runtime.files import MAX_FILE_BYTES, absolute, file_sha256, is_address
+from .._runtime.installation import user_path
+from ..errors import InputError
 
 VARIABLE = "ILF_ALLOW_ADDRESS"
 """Environment variable with what is allowed, a line each; processes that this one starts have it, too."""
@@ -32,7 +31,6 @@ _SHARE = re.compile(r"[\\/](?:[\\/]|\?\?[\\/])")
 _FILES = "/*"
 """End of the entry of a folder of which only the files are meant."""
 
-_MAX_ENTRIES = 10_000
 _CODE = "utf-8", "surrogateescape"
 
 _unwritten: set[str] = set()
@@ -185,11 +183,9 @@ def note_opened(*paths: str | os.PathLike[str] | None, beside: bool = False) -> 
     try:
         file = _list_file()
         file.parent.mkdir(parents=True, exist_ok=True)
-        if len(_known()) > 2 * _MAX_ENTRIES:
-            write_bytes(file, "".join(f"{entry}\n" for entry in _lines(file)[-_MAX_ENTRIES:]).encode(*_CODE))
         with open(file, "ab") as stream:
             stream.write("".join(f"{entry}\n" for entry in missing).encode(*_CODE))
-    except (OSError, ExportError):  # remembered as long as this process runs
+    except OSError:  # remembered as long as this process runs
         _unwritten.update(missing)
 
 
@@ -246,8 +242,4 @@ def _known() -> frozenset[str] | set[str]:
 
 @lru_cache(1)
 def _read(file: Path, time: int, size: int) -> frozenset[str]:
-    return frozenset(_lines(file))
-
-
-def _lines(file: Path) -> list[str]:
-    return file.read_bytes().decode(*_CODE).split("\n")
+    return frozenset(file.read_bytes().decode(*_CODE).split("\n"))
