@@ -21,6 +21,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
 from ilf.errors import one_line
+from ilf.project.missing_files import moved
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.sources import Places
 from ilf.project.state_codec import Decoded
@@ -158,7 +159,7 @@ class FrameLoader(QObject):
             take = partial(self.open_state, entry)
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
-            do = partial(_open, source, parameters, places=self.store.places)
+            do = partial(_open, source, parameters, places=self.store.places if entry.source else None)
             take = partial(self._show_opened, source, entry=entry)
 
         def wanted() -> bool:
@@ -414,7 +415,7 @@ def _open(source: FrameRef, parameters: BlockParameters, places: Places | None =
     again = recorded_run(source, places)
     if again is not None:
         return _replayed(again)
-    frame = read_frame(source)
+    frame = read_frame(source if places is None else moved(source, places))
     no_blocks = np.zeros(frame.shape, np.int32)
     return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
 

@@ -54,7 +54,7 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     opened : OpenedProject
     frame : ProjectFrame
     """
-    sources = {file.path: how_found(file, opened)[0] for file in wanted_files(frame, opened.parts)}
+    sources = {file.path: how_found(file, opened) for file in wanted_files(frame, opened.parts)}
     if not frame.has_state:
         return FrameFacts(frame, sources)
     try:

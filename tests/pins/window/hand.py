@@ -644,7 +644,6 @@ DIALOGS = {
     "GuideNetworksDialog": "Guide by network",
     "HoldOutDialog": "Hold-out Test of room",
     "LoadBlocksDialog": "Load Blocks for room",
-    "MissingFilesDialog": "Missing Files of",
     "OpenDialog": "Open",
     "ProblemBox": "Open",
     "PropagateDialog": "Propagate Blocks of",
