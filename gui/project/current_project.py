@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -9,16 +11,35 @@ from typing import Any, NamedTuple
 
 from filelock import FileLock
 
+from ilf._runtime.installation import user_path
 from ilf.data.parameters import BlockParameters, Parameters
+from ilf.project.archive import file_identity
 from ilf.project.project import FrameSummary, Project, ProjectFrame
 from ilf.project.recovery import autosave_folder
 from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
+from ..base.paths import PROJECT_SUFFIX
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parameters import SharedParameters
 from ..state.workspace import Workspace
+
+# Where the project of a folder of frames is, until the user saves it elsewhere.
+
+
+def folder_projects_dir() -> Path:
+    """Return the folder of these project files: `ILF_FOLDERS`, or a folder in the user's data folder."""
+    return user_path("data", "folders", "ILF_FOLDERS")
+
+
+def folder_project_path(folder: str | os.PathLike[str]) -> Path:
+    """Return the path of the project file of a frame folder that is not beside it: the same for the same folder,
+    existing or not."""
+    place = os.path.realpath(folder)
+    name = os.path.basename(place) or "frames"
+    return folder_projects_dir() / hashlib.sha256(os.fsencode(place)).hexdigest()[:16] / f"{name}{PROJECT_SUFFIX}"
+
 
 # Content of a project apart from its frames' states.
 
@@ -70,16 +91,6 @@ class ProjectSettings(NamedTuple):
     """Parameters of all frames; None if each frame has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
-
-
-def _mark(path: Path) -> tuple[int, ...] | None:
-    """Return size, time of the last change and inode of a file, to detect changes by other programs; None if there is
-    none."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_size, status.st_mtime_ns, status.st_ino
 
 
 class CurrentProject:
@@ -152,7 +163,7 @@ class CurrentProject:
         """Store the project's file, which contains `project`, or else no frame and the current settings."""
         self.release()
         self.path, self.read_only = path, read_only or self._hold(path)
-        self._mark = None if path is None else _mark(path)
+        self._mark = None if path is None else file_identity(path)
         self._saved_frames, self._saved, self.found_elsewhere = {}, self._settings(), False
         if project is not None:
             self._saved_frames = {frame.id: frame for frame in project.frames}
@@ -183,4 +194,4 @@ class CurrentProject:
 
     def changed_on_disk(self) -> bool:
         """Return whether another program has changed, made or removed the file since it was opened or saved."""
-        return self.path is not None and _mark(self.path) != self._mark
+        return self.path is not None and file_identity(self.path) != self._mark

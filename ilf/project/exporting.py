@@ -15,8 +15,7 @@ from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
 from ..run.formats import BLOCKS, FORMATS
 from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible
-from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
-from ..run.record_file import read_record
+from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record, read_record
 from ..run.replaying import file_problems, network_differences
 from ..run.run import Run
 from ..run.writing import check_write, colour_path, write

@@ -41,8 +41,6 @@ class Track:
     block : Block
         The block as it was run.
     stride : int
-    dropped : bool
-        Whether it has been removed from its `KeyFrames`.
     nbytes : int
         Memory of all key frames.
     """
@@ -50,7 +48,6 @@ class Track:
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
         self.block = block
         self.stride = 1
-        self.dropped = False
         self.nbytes = 0
         self._frame = frame
         self._parameters = parameters
@@ -127,8 +124,6 @@ class KeyFrames:
         self.nbytes = 0
         """Memory of all key frames."""
         self._tracks: list[Track] = []
-        self._by_first: dict[int, Track] = {}
-        """By the identity of their first record."""
         self._lock = threading.Lock()
 
     def watch(self, run: Run) -> Watch:
@@ -141,8 +136,7 @@ class KeyFrames:
                 track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label))
                 with self._lock:
                     self._tracks.append(track)
-                    self._by_first[id(record)] = track
-            elif track.dropped or (record.i - 1) % track.stride:
+            elif track not in self._tracks or (record.i - 1) % track.stride:
                 return
             self._take(track, record, stepper.snapshot())
 
@@ -151,8 +145,7 @@ class KeyFrames:
     def clear(self) -> None:
         """Drop all."""
         with self._lock:
-            for track in list(self._tracks):
-                self._drop(track)
+            self._tracks.clear()
             self.nbytes = 0
 
     def _take(self, track: Track, record: IterationRecord, snapshot: Snapshot) -> None:
@@ -165,12 +158,8 @@ class KeyFrames:
 
     def track(self, records: Sequence[IterationRecord]) -> Track | None:
         """The key frames of the iterations with exactly these records; None if there are none."""
-        if not records:
-            return None
         with self._lock:
-            track = self._by_first.get(id(records[0]))
-        # the id may have been reused
-        return track if track is not None and track.belongs_to(records) else None
+            return next((track for track in self._tracks if records and track.belongs_to(records)), None)
 
     def _make_room(self) -> None:
         while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
@@ -195,9 +184,7 @@ class KeyFrames:
         return len(self._tracks) > 1 and self._drop(self._tracks[0])
 
     def _drop(self, track: Track) -> bool:
-        track.dropped = True
         self._tracks.remove(track)
-        self._by_first = {first: one for first, one in self._by_first.items() if one is not track}
         return True
 
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLineEdit
 from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
-from ilf.project.missing_files import folder_projects_dir
+from gui.project.current_project import folder_projects_dir
 from ilf.project.project import Stage
 
 from ..gui.states import edit

@@ -280,7 +280,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
     assert list(tmp_path.glob(".ilf-*")) == []
 
 
-def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
+def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, another, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(tmp_path / "p.ilf", then=done.append)
@@ -305,13 +305,14 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     qtbot.waitUntil(lambda: not opened.workspace.current.unsaved)
     assert path.read_bytes() != other
 
-    # it is write-protected
+    # another window has it open
     told: list[str] = []
-    monkeypatch.setattr("gui.features.project.opening._why_not_written", lambda path: "It is write-protected.")
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     before = path.read_bytes()
+    opened.project.present.release()
+    open_project(another(), qtbot, path)
     open_project(opened, qtbot, path)
-    assert told == ["It is write-protected."]
+    assert told == ["p.ilf is open in another window: Save will ask for another file."]
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save_to(tmp_path / "other", monkeypatch)
     opened.actions_["save_project"].trigger()
@@ -468,8 +469,10 @@ def test_an_error_after_writing_keeps_no_one_from_saving_and_closing(opened, qtb
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     opened.workspace.current.edit_info(1, "Rename", name="Floor")
-    with monkeypatch.context() as patched, qtbot.captureExceptions() as errors:
+    errors: list[Exception] = []
+    with monkeypatch.context() as patched:
         patched.setattr(opened.recorder, "note_project", lambda: 1 / 0)
+        patched.setattr(opened.notes, "report", lambda what, error: errors.append(error))
         opened.actions_["save_project"].trigger()
         qtbot.waitUntil(lambda: bool(errors))
     assert not opened.project.saving.busy

@@ -14,7 +14,7 @@ from gui.views.curves.panel import CurvesPanel
 from ilf.cli import main as command_line
 from ilf.io.labels import read_labels
 from ilf.run.options import ExportOptions
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import work_in_this_process

@@ -14,7 +14,6 @@ from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS, write_blocks
-from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
@@ -22,6 +21,7 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
+from ...project.current_project import folder_projects_dir
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
@@ -192,7 +192,7 @@ class DocumentsFeature(Feature):
         for key, document in open_now.items():
             entry = self._workspace.entries.of(document.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
-            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
+            if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
 
@@ -204,7 +204,7 @@ class DocumentsFeature(Feature):
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""
         if isinstance(origin, Path):
-            (self.open_run if origin.suffix.lower() == ".json" else self._project.opening.open)(origin)
+            self._project.opening.open(origin)
         else:
             self.open_source(origin)
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 import contextlib
 import html
 import socket
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import partial
 from typing import cast
 
 from PySide6.QtCore import Qt
@@ -18,7 +19,7 @@ from ilf.project.recovery import RecoverableWork, autosave_folder, find_recovera
 
 from ...widgets.basics import Message, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask, error_details, error_text
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from .restoring import Restoring, has_no_project, name_of
 
@@ -154,11 +155,6 @@ def _age(moment: datetime) -> str:
     return f"{ago}, {moment.astimezone():%d %B %Y at %H:%M:%S}"
 
 
-def _found_work() -> Generator[None, None, list[RecoverableWork]]:
-    yield None
-    return find_recoverable_work(autosave_folder())
-
-
 # The autosave of the window, with a label in the status bar while it fails.
 
 MEANING = "Your work is in memory only. The autosave is retried every few seconds. Save the project to be safe."
@@ -171,9 +167,7 @@ class AutosaveFeature(Feature):
         super().__init__(context)
         self.dialog: RecoveryDialog | None = None
         """The dialog that offered unsaved work; None if there was none."""
-        self._search = Worker(self)
-        self._search.finished.connect(self._offer)
-        self._search.failed.connect(lambda error: context.notes.report("Unsaved work", error))
+        self._search = LatestRequest(self, partial(context.notes.report, "Unsaved work"))
         self.label = Message()
         self.label.setWordWrap(False)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter)
@@ -187,7 +181,7 @@ class AutosaveFeature(Feature):
         """Start the autosave and the recovery, in a window that stores settings."""
         if self.context.panels.persistent:
             self.context.recorder.start()
-            self._search.start(_found_work)
+            self._search.ask(lambda: find_recoverable_work(autosave_folder()), self._offer)
 
     def shutdown(self) -> None:
         """Stop permanently; the remaining work has been saved or is discarded, undecided work is kept."""

@@ -11,8 +11,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from ilf._runtime.named_places import note_opened
 from ilf.errors import InputError
-from ilf.project.missing_files import located, moved
-from ilf.project.sources import MissingSource, Places
+from ilf.project.sources import MissingSource, Places, located, moved
 from ilf.project.state_codec import UnreadableFrame
 
 from ...project.current_project import source_of

@@ -9,12 +9,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QSettings, Signal
 
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.missing_files import folder_project_path, folder_projects_dir
 from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
-from ...project.current_project import apply_settings
+from ...project.current_project import apply_settings, folder_project_path, folder_projects_dir
 from ...state.entries import Entry
 from ..context import Context
 from .view_state import restore_views
@@ -141,7 +140,7 @@ class Opening(QObject):
         if opened is None:
             present.take(None)
         else:
-            present.take(opened.path, opened.project, _why_not_written(opened.path) or read_only)
+            present.take(opened.path, opened.project, read_only)
         restore_views(self._context.views, project.view)
         entries = self._context.workspace.entries
         first = entries.of(project.present) or next(iter(entries), None)
@@ -186,15 +185,6 @@ def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
     entry.set_summary(frame.summary)
     entry.set_unsaved(unsaved)
     return entry
-
-
-def _why_not_written(path: Path) -> str:
-    """Return why a project file cannot be replaced; "" if it can."""
-    if not os.access(path, os.W_OK):
-        return f"{path.name} is write-protected: Save will ask for another file."
-    if not os.access(path.parent, os.W_OK):
-        return f"{path.parent} cannot be written: Save will ask for another file."
-    return ""
 
 
 def _beside(folder: Path) -> Path:

@@ -15,8 +15,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path, library_versions
 from ilf.errors import FormatError
-from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
-from ilf.run.record_file import read_record
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, read_record, to_json
 
 from ..small_frames import QUICK
 from ..small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from ilf.data.frame import InputFile
-from ilf.project.missing_files import located, moved
-from ilf.project.sources import MissingSource, Places
+from ilf.project.sources import MissingSource, Places, located, moved
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import ReadingOptions
 
