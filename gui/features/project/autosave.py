@@ -21,7 +21,8 @@ from ...widgets.basics import Message, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask, error_details, error_text
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
-from .restoring import Restoring, has_no_project, name_of
+from .feature import ProjectFeature
+from .restoring import name_of, restore
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
@@ -30,7 +31,6 @@ _ABOUT = (
     "ILF Studio or the computer closed unexpectedly. This work is not in a project file yet. It is kept until you "
     "discard it."
 )
-_ADDED = "This window has a project: restored frames are added to it."
 
 
 class RecoveryDialog(QDialog):
@@ -46,12 +46,10 @@ class RecoveryDialog(QDialog):
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
         about.show_message(_ABOUT, "text")
-        self.added = Message()
-        self.added.show_message(_ADDED)
         self.works = row_list("Unsaved work", "Select work to restore or discard", ["Work", "Last change"], stretched=0)
         self.details = Message(lines=4)
         self.restore_button, self.discard_button = QPushButton("&Restore"), QPushButton("&Discard…")
-        self.restore_button.setToolTip("Open the selected work in its last state; save it as a project afterwards")
+        self.restore_button.setToolTip("Open the selected work in its last state, as the project of this window")
         self.restore_button.clicked.connect(self._restore)
         self.discard_button.setToolTip("Delete the selected work permanently")
         self.discard_button.clicked.connect(self._ask_discard)
@@ -61,9 +59,8 @@ class RecoveryDialog(QDialog):
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        stack(self, about, self.added, self.works, self.details, buttons, stretched=self.works)
+        stack(self, about, self.works, self.details, buttons, stretched=self.works)
         later.setDefault(True)
-        self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
         self.works.currentItemChanged.connect(lambda *_: self._describe())
         for left in works:
@@ -94,15 +91,13 @@ class RecoveryDialog(QDialog):
         self.discard_button.setEnabled(self._restoring is None)
 
     def _restore(self) -> None:
+        """Restore the selected work as the project of the window, after asking about the present one."""
         item = self.works.currentItem()
-        self._restoring = left = self._work(item)
-        self._describe()
-        self.details.show_message("Restoring…")
+        left, opening = self._work(item), self._context.feature(ProjectFeature).opening
 
         def take() -> None:
             self._context.notes.show_message(f"{name_of(left)} restored: save it to keep it.")
             self._restoring = None
-            self.added.show()
             self._remove(item)
 
         def fail() -> None:
@@ -111,7 +106,13 @@ class RecoveryDialog(QDialog):
             if not self.isVisible():  # closed meanwhile
                 left.release()
 
-        Restoring(self._context, left).restore(take, fail)
+        def begin() -> None:
+            self._restoring = left
+            self._describe()
+            self.details.show_message("Restoring…")
+            opening.begin(lambda: restore(self._context, left, take, fail))
+
+        opening.leave(f"{name_of(left)} is restored", begin)
 
     def _ask_discard(self) -> None:
         item = self.works.currentItem()

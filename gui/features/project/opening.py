@@ -43,7 +43,7 @@ class Opening(QObject):
         super().__init__(context.window)
         self._context = context
         self._present = context.recorder.present
-        self._leave = leave
+        self.leave = leave
         self._folder: Path | None = None
         """The folder whose project the current one is."""
         context.loader.listed.connect(self._begin_of_folder)
@@ -54,7 +54,7 @@ class Opening(QObject):
         """Make a project the current one, then call `done`; call `fail` if it cannot be read."""
 
         def ask(opened: OpenedProject) -> None:
-            self._leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
+            self.leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
 
         self._context.loader.read(f"Opening {path.name}", lambda: open_project(path), ask, fail)
 
