@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +9,6 @@ from typing import Any, NamedTuple
 
 from filelock import FileLock
 
-from ilf._runtime.installation import user_path
 from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.archive import file_identity
 from ilf.project.project import FrameSummary, Project, ProjectFrame
@@ -19,27 +16,10 @@ from ilf.project.recovery import autosave_folder
 from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
-from ..base.paths import PROJECT_SUFFIX
 from ..state.document import Document
 from ..state.entries import Entry
 from ..state.parameters import SharedParameters
 from ..state.workspace import Workspace
-
-# Where the project of a folder of frames is, until the user saves it elsewhere.
-
-
-def folder_projects_dir() -> Path:
-    """Return the folder of these project files: `ILF_FOLDERS`, or a folder in the user's data folder."""
-    return user_path("data", "folders", "ILF_FOLDERS")
-
-
-def folder_project_path(folder: str | os.PathLike[str]) -> Path:
-    """Return the path of the project file of a frame folder that is not beside it: the same for the same folder,
-    existing or not."""
-    place = os.path.realpath(folder)
-    name = os.path.basename(place) or "frames"
-    return folder_projects_dir() / hashlib.sha256(os.fsencode(place)).hexdigest()[:16] / f"{name}{PROJECT_SUFFIX}"
-
 
 # Content of a project apart from its frames' states.
 

@@ -21,7 +21,6 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.commands import command
 from ...base.needs import Need
 from ...base.paths import sort_paths
-from ...project.current_project import folder_projects_dir
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
@@ -56,8 +55,8 @@ class DocumentsFeature(Feature):
         context.actions.adopt("recent_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)
-        self._project.opening.opened.connect(lambda opened: self._note_project(opened.path))
-        self._project.saving.saved.connect(lambda path, _: self._note_project(path))
+        self._project.opening.opened.connect(lambda opened: self.recent.note(opened.path))
+        self._project.saving.saved.connect(lambda path, _: self.recent.note(path))
 
     def begin(self) -> None:
         """Tell about what was opened and about runs, after the features that react to them."""
@@ -195,11 +194,6 @@ class DocumentsFeature(Feature):
             if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
-
-    def _note_project(self, path: Path) -> None:
-        """List a project, unless it is in the data folder: there, the folder of its frames opens it."""
-        if not path.is_relative_to(folder_projects_dir()):
-            self.recent.note(path)
 
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""

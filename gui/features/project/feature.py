@@ -242,7 +242,7 @@ class ProjectFeature(Feature):
         if why:
             context.notes.show_message(why)
         name = self.present.name or ("project" if first is None else first.name)
-        proposed = self.opening.proposed() or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
+        proposed = self.present.path or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
         path = ask_path(context.window, "Save project as", str(proposed), _FILES)
         if not path:
             then(False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -13,7 +14,8 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
-from ...project.current_project import apply_settings, folder_project_path, folder_projects_dir
+from ...base.paths import PROJECT_SUFFIX
+from ...project.current_project import apply_settings
 from ...state.entries import Entry
 from ..context import Context
 from .view_state import restore_views
@@ -64,8 +66,7 @@ class Opening(QObject):
         if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
             context.loader.open_folder(how)
             return
-        saved = Path(str(QSettings().value(_key(folder), "")))
-        home = saved if saved.is_file() else folder_project_path(folder)
+        home = Path(str(QSettings().value(_key(folder), "")))
         if not home.is_file():
             self._folder = folder
             context.loader.open_folder(how)
@@ -95,11 +96,6 @@ class Opening(QObject):
         self._folder = None
         self._present.take(None)
         self._context.recorder.note_project()
-
-    def proposed(self) -> Path | None:
-        """Return the project's file, or None if it is in the data folder, where the user did not put it."""
-        path = self._present.path
-        return None if path is None or path.is_relative_to(folder_projects_dir()) else path
 
     def is_foreign(self, place: Path) -> bool:
         """Whether a file or folder is not of the folder whose project the current one is."""
@@ -168,14 +164,15 @@ class Opening(QObject):
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
-        if self._present.path is None:
-            self._present.take(_new_home(self._folder))
-            beside = _beside(self._folder)
-            if beside.is_file():
-                text = f"{beside} is a project of this folder: open it to continue the work in it."
-                self._context.notes.show_message(text)
-        else:
+        if self._present.path is not None:
             self._present.mark_saved("frames")
+            return
+        beside = _beside(self._folder)
+        if beside.exists():
+            text = f"{beside} may be a project of this folder: open it to continue the work in it."
+            self._context.notes.show_message(text)
+        elif all(os.access(place, os.W_OK) for place in (self._folder, self._folder.parent)):
+            self._present.take(beside)
 
 
 def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
@@ -188,16 +185,11 @@ def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
 
 
 def _beside(folder: Path) -> Path:
-    return folder.parent / folder_project_path(folder).name
-
-
-def _new_home(folder: Path) -> Path:
-    """Return where a new project of a folder is saved: beside it if both may be written, or in the user's data folder,
-    or in the one that the user has chosen for all."""
-    beside, chosen = _beside(folder), os.environ.get("ILF_FOLDERS")
-    writable = all(os.access(place, os.W_OK) for place in (folder, folder.parent))
-    return folder_project_path(folder) if chosen or beside.exists() or not writable else beside
+    """Return where a new project of a folder is saved."""
+    place = os.path.realpath(folder)
+    return folder.parent / f"{os.path.basename(place) or 'frames'}{PROJECT_SUFFIX}"
 
 
 def _key(folder: Path) -> str:
-    return f"folders/{folder_project_path(folder).parent.name}"
+    """Return the setting with the project of a folder."""
+    return f"folders/{hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()[:16]}"

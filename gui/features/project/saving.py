@@ -8,13 +8,13 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ilf._runtime.writing import ensure_folder, restrict_to_owner
+from ilf._runtime.writing import ensure_folder
 from ilf.errors import InputError
 from ilf.project.archive import Archive, Parts
 from ilf.project.file import OpenedProject, open_project, save_project
 from ilf.project.project import Project
 
-from ...project.current_project import folder_projects_dir, has_content
+from ...project.current_project import has_content
 from ...state.document import Document
 from ...state.entries import Entry
 from ...work.latest_request import LatestRequest
@@ -121,8 +121,6 @@ class Saving(QObject):
         """Write the file, and open it; called in a worker thread. Returns also what was not saved as requested."""
         store = self._context.recorder.store
         ensure_folder(path.parent)
-        if path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
-            restrict_to_owner(folder_projects_dir())
         with store.held():
             states, (newer, *written) = store.unsaved(left_out)
             base = [newer, *([] if archive is None else [archive]), *written]

@@ -87,7 +87,6 @@ _FOLDERS = {
     "ILF_MODELS": "models",
     "ILF_PRESETS": "presets",
     "ILF_AUTOSAVE": "autosave",
-    "ILF_FOLDERS": "folders",
     "ILF_CACHE": "cache",
     "ILF_LOG": "faults.log",
 }
