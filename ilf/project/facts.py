@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..data.frame import InputFile
-from ..data.results import Completion, compose
+from ..data.results import Completion
 from ..errors import InputError
 from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
-from ..run.run import Run
 from .archive import Parts
 from .codec import UNREADABLE, check_content, from_plain, stored_fields
 from .file import OpenedProject
@@ -101,27 +100,6 @@ def _checked_size(opened: OpenedProject, name: str) -> int:
     return len(content)
 
 
-# The present results of a stored frame as a run and its completion, for export and replay.
-
-
-def present_run(state: FrameState) -> Run:
-    """Return the run of the present results: the blocks with a result, each with the parameters of its result.
-
-    Parameters
-    ----------
-    state : FrameState
-    """
-    own = {label: result.parameters for label, result in state.results.items()}
-    blocks = state.blocks.with_parameters(own, state.common)
-    return Run(state.frame, blocks, state.common, frozenset(own), state.extrapolation is not None)
-
-
-def present_completion(state: FrameState) -> Completion:
-    """Compose the present results, including extrapolated depth."""
-    completion = compose(present_run(state), {label: state.results[label] for label in sorted(state.results)})
-    return completion if state.extrapolation is None else state.extrapolation.added_to(completion)
-
-
 def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     """Compare a new completion with the stored results; empty if they are identical bit for bit.
 
@@ -129,7 +107,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     ----------
     state : FrameState
     completion : Completion
-        Of `present_run(state)`.
+        Of `state.present_run()`.
 
     Returns
     -------
@@ -148,7 +126,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     >>> differences(state, completion)
     ()
     """
-    stored = present_completion(state)
+    stored = state.present_completion()
     sentences = []
     if array_sha256(stored.depth) != array_sha256(completion.depth):
         sentences.append(f"{depth_difference_text(completion.depth, stored.depth)}.")

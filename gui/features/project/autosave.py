@@ -7,7 +7,6 @@ import contextlib
 import html
 import socket
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from functools import partial
 from typing import cast
 
@@ -64,7 +63,8 @@ class RecoveryDialog(QDialog):
         self.setMinimumWidth(600)
         self.works.currentItemChanged.connect(lambda *_: self._describe())
         for left in works:
-            item = QTreeWidgetItem([name_of(left), "" if left.header is None else _age(left.header.changed)])
+            when = "" if left.header is None else f"{left.header.changed.astimezone():%d %B %Y at %H:%M:%S}"
+            item = QTreeWidgetItem([name_of(left), when])
             item.setData(0, _WORK, left)
             item.setToolTip(0, literal_text(name_of(left)))
             self.works.addTopLevelItem(item)
@@ -146,14 +146,6 @@ def _details(left: RecoverableWork) -> list[str]:
     if left.header is not None and left.header.host != socket.gethostname():
         lines.append(f"From computer {left.header.host}")
     return [*lines, *left.read.problems]
-
-
-def _age(moment: datetime) -> str:
-    """Format a time as age and date."""
-    passed = (datetime.now(UTC) - moment).total_seconds()
-    units = (("day", 86400), ("hour", 3600), ("minute", 60))
-    ago = next((f"{counted(int(passed // span), unit)} ago" for unit, span in units if passed >= span), "just now")
-    return f"{ago}, {moment.astimezone():%d %B %Y at %H:%M:%S}"
 
 
 # The autosave of the window, with a label in the status bar while it fails.
