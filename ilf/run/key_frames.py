@@ -162,30 +162,24 @@ class KeyFrames:
             return next((track for track in self._tracks if records and track.belongs_to(records)), None)
 
     def _make_room(self) -> None:
-        while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
+        """Drop blocks that have been run again since; then thin those with the smallest stride; then drop the blocks
+        that were run first, except the last one."""
+        while self.nbytes > self.budget:
+            latest = {track.block.label: track for track in self._tracks}
+            older = [track for track in self._tracks if latest[track.block.label] is not track]
+            thick = [track for track in self._tracks if track.can_thin]
+            if older:
+                self._tracks.remove(older[0])
+            elif thick:
+                stride = min(track.stride for track in thick)
+                for track in thick:
+                    if track.stride == stride:
+                        track.thin()
+            elif len(self._tracks) > 1:
+                del self._tracks[0]
+            else:
+                return
             self.nbytes = sum(track.nbytes for track in self._tracks)
-
-    def _drop_older(self) -> bool:
-        """Drop the oldest key frames of a block that has been run again since; False if there are none."""
-        latest = {track.block.label: track for track in self._tracks}
-        older = next((track for track in self._tracks if latest[track.block.label] is not track), None)
-        return older is not None and self._drop(older)
-
-    def _thin(self) -> bool:
-        """Thin the tracks with the smallest stride; False if all have only the first key frame left."""
-        stride = min((track.stride for track in self._tracks if track.can_thin), default=0)
-        thinned = [track for track in self._tracks if track.can_thin and track.stride == stride]
-        for track in thinned:
-            track.thin()
-        return bool(thinned)
-
-    def _drop_first(self) -> bool:
-        """Drop the block that was run first; False if it is the only one."""
-        return len(self._tracks) > 1 and self._drop(self._tracks[0])
-
-    def _drop(self, track: Track) -> bool:
-        self._tracks.remove(track)
-        return True
 
 
 def depth_at_key_frames(

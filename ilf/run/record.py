@@ -250,6 +250,8 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
     is_of_files = frame.inputs is not None and frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
     common = used.most_common(1)[0][0] if used else run.parameters
+    extraction = run.blocks.extraction
+    asked = () if extraction is None else requested_networks(extraction.detector, extraction.model)
     return RunRecord(
         name=frame.name,
         inputs=frame.inputs,
@@ -262,9 +264,9 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         else RecordedGuide.of(guide.array, files.GUIDE, guide.path, guide.network, guide.gives),
         pose=None if frame.pose is None else tuple(map(tuple, frame.pose.tolist())),
         neighbours=() if frame.neighbours is None else frame.neighbours.neighbours,
-        extraction=run.blocks.extraction,
+        extraction=extraction,
         blocks=RecordedBlocks.of(run.blocks, files.LABELS if options.labels else None),
-        networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
+        networks=RecordedNetworks(used_network(run.blocks.network, asked), _networks(completion)),
         parameters=common,
         block_parameters={
             label: result.parameters.differences_from(common)
@@ -292,12 +294,6 @@ def array_sha256(values: NDArray[Any]) -> str:
 def to_json(record: RunRecord) -> bytes:
     """Content of run.json, with null for NaN."""
     return json_file(SCHEMA, dataclasses.asdict(record))
-
-
-def _extraction_networks(blocks: Blocks) -> dict[str, str]:
-    if blocks.extraction is None:
-        return {}
-    return used_network(blocks.network, requested_networks(blocks.extraction.detector, blocks.extraction.model))
 
 
 def _networks(completion: Completion) -> dict[str, str]:
