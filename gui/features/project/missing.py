@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from ilf._runtime.named_places import note_opened
 from ilf.errors import InputError
-from ilf.project.sources import MissingSource, Places, located, moved
+from ilf.project.sources import MissingSource, located, moved
 from ilf.project.state_codec import UnreadableFrame
 
 from ...project.current_project import source_of
@@ -35,10 +35,16 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception, problem: s
     answers: list[Answer] = []
     remedies: list[str] = []
     if isinstance(error, MissingSource):
-        answers += [
-            ("Locate f&older…", ACCEPT, partial(_ask_folder, context, entry, error)),
-            ("Locate &file…", ACCEPT, partial(_ask_file, context, entry, error)),
-        ]
+        window, wanted = context.window, Path(error.wanted.path)
+        start, look = str(_nearest(wanted)), partial(_look, context, entry, error)
+
+        def ask_folder() -> None:
+            look(QFileDialog.getExistingDirectory(window, "Locate Folder of the Files", start))
+
+        def ask_file() -> None:
+            look(QFileDialog.getOpenFileName(window, f"Locate {wanted.name}", start)[0])
+
+        answers += [("Locate f&older…", ACCEPT, ask_folder), ("Locate &file…", ACCEPT, ask_file)]
         remedies.append(_LOCATE)
     source = source_of(entry)
     if source is not None and (isinstance(error, UnreadableFrame) or getattr(error, "found", None) is not None):
@@ -59,39 +65,25 @@ def _show_list(context: Context) -> None:
         context.panels.reveal("Frames")
 
 
-def _ask_folder(context: Context, entry: Entry, error: MissingSource) -> None:
-    start = _nearest(error.wanted.path)
-    folder = QFileDialog.getExistingDirectory(context.window, "Locate Folder of the Files", str(start))
-    if folder:
-        places = context.recorder.store.places
-        folders = dict.fromkeys((Path(folder), Path(folder).parent, *places.folders))
-        _look(context, entry, error, replace(places, folders=tuple(folders)))
-
-
-def _ask_file(context: Context, entry: Entry, error: MissingSource) -> None:
-    wanted = Path(error.wanted.path)
-    path, _ = QFileDialog.getOpenFileName(context.window, f"Locate {wanted.name}", str(_nearest(error.wanted.path)))
-    if path:
-        places = context.recorder.store.places
-        given, folders = (
-            {**places.given, error.wanted.path: Path(path)},
-            dict.fromkeys((Path(path).parent, *places.folders)),
-        )
-        _look(context, entry, error, replace(places, given=given, folders=tuple(folders)))
-
-
-def _nearest(path: str) -> Path:
+def _nearest(path: Path) -> Path:
     """Return the folder of a path, or its closest existing parent."""
-    folder = Path(path).parent
-    return next((one for one in (folder, *folder.parents) if one.is_dir()), Path.home())
+    return next((one for one in path.parents if one.is_dir()), Path.home())
 
 
-def _look(context: Context, entry: Entry, error: MissingSource, places: Places) -> None:
-    """Look for the file of a frame, and open the frame; others are opened with files there, too."""
-    wanted, store = error.wanted, context.recorder.store
+def _look(context: Context, entry: Entry, error: MissingSource, chosen: str) -> None:
+    """Look for a frame's file at a path or in a folder that the user has chosen, if any, and open the frame; others are
+    opened with files there, too."""
+    if not chosen:
+        return
+    wanted, store, place = error.wanted, context.recorder.store, Path(chosen)
+    folders = dict.fromkeys((place, place.parent, *store.places.folders))
+    given = {wanted.path: place} if place.is_file() else {}
+    places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
 
     def take(found: tuple[Path | None, Path | None]) -> None:
         path, _ = found
+        if context.workspace.entries.of(entry.id) is not entry:  # another project was opened meanwhile
+            return
         if path is None:
             ask_how_to_open(context, entry, error, _NOT_THERE)
             return

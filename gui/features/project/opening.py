@@ -10,7 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QSettings, Signal
 
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.project import Project, ProjectFrame
+from ilf.project.project import Project
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
@@ -132,14 +132,19 @@ class Opening(QObject):
         present = self._present
         self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
         apply_settings(self._context.workspace, project)
-        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
+        entries = []
+        for frame in project.frames:
+            key = frame.id if frame.source is None else frame.source.key
+            entries.append(Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state))
+            entries[-1].set_summary(frame.summary)
+            entries[-1].set_unsaved(frame.id in unsaved)
+        self._context.workspace.add_entries(entries)
         if opened is None:
             present.take(None)
         else:
             present.take(opened.path, opened.project, read_only)
         restore_views(self._context.views, project.view)
-        entries = self._context.workspace.entries
-        first = entries.of(project.present) or next(iter(entries), None)
+        first = self._context.workspace.entries.of(project.present) or next(iter(entries), None)
         if first is not None:
             self._context.loader.open_entry(first)
         self._context.recorder.note_project()
@@ -173,15 +178,6 @@ class Opening(QObject):
             self._context.notes.show_message(text)
         elif all(os.access(place, os.W_OK) for place in (self._folder, self._folder.parent)):
             self._present.take(beside)
-
-
-def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
-    """Return the entry of a project's frame; `unsaved` marks work that the file does not contain."""
-    key = frame.id if frame.source is None else frame.source.key
-    entry = Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state)
-    entry.set_summary(frame.summary)
-    entry.set_unsaved(unsaved)
-    return entry
 
 
 def _beside(folder: Path) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +27,13 @@ def restore(context: Context, left: RecoverableWork, then: Callable[[], None], f
 
     def take(read: _Read) -> None:
         opened, problems, left_aside = read
-        _take_project(context, left, opened, left_aside)
+        newer = "" if opened is None else _why_newer(opened.path, left)
+        # located files take precedence over the paths in the project file
+        places = left.read.places if opened is None else replace(opened.places, given=left.read.places.given)
+        # a file that is unreadable or newer may contain none of the work
+        unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
+        context.feature(ProjectFeature).opening.take(left.read.project, places, opened, unsaved, newer)
+        context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
         told = [*problems]
         for frame_id, problem in left_aside.items():
             entry = context.workspace.entries.of(frame_id)
@@ -57,18 +63,6 @@ def _read_work(context: Context, left: RecoverableWork) -> _Read:
     copied = copy_frames(stores, left.stored)
     context.recorder.store.adopt(copied)
     return opened, (*left.read.problems, *problems), copied.problems
-
-
-def _take_project(
-    context: Context, left: RecoverableWork, opened: OpenedProject | None, left_aside: Collection[str]
-) -> None:
-    newer = "" if opened is None else _why_newer(opened.path, left)
-    # located files take precedence over the paths in the project file
-    places = left.read.places if opened is None else replace(opened.places, given=left.read.places.given)
-    # a file that is unreadable or newer may contain none of the work
-    unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
-    context.feature(ProjectFeature).opening.take(left.read.project, places, opened, unsaved, newer)
-    context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
 
 
 def name_of(left: RecoverableWork) -> str:
