@@ -50,7 +50,6 @@ def isolated_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ILF_MODELS", str(tmp_path / "models"))
     monkeypatch.setenv("ILF_PRESETS", str(tmp_path / "presets"))
     monkeypatch.setenv("ILF_AUTOSAVE", str(tmp_path / "autosave"))
-    monkeypatch.setenv("ILF_FOLDERS", str(tmp_path / "folders"))
     monkeypatch.setenv("ILF_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("ILF_LOG", str(tmp_path / "faults.log"))
     monkeypatch.delenv("ILF_DEVICE", raising=False)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from filelock import FileLock
 
 from ilf.data.parameters import BlockParameters, Parameters
+from ilf.project.archive import file_identity
 from ilf.project.project import FrameSummary, Project, ProjectFrame
 from ilf.project.recovery import autosave_folder
 from ilf.project.store import lock_of
@@ -70,16 +71,6 @@ class ProjectSettings(NamedTuple):
     """Parameters of all frames; None if each frame has its own."""
     extraction: BlockParameters
     keeps_handmade: bool
-
-
-def _mark(path: Path) -> tuple[int, ...] | None:
-    """Return size, time of the last change and inode of a file, to detect changes by other programs; None if there is
-    none."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_size, status.st_mtime_ns, status.st_ino
 
 
 class CurrentProject:
@@ -152,7 +143,7 @@ class CurrentProject:
         """Store the project's file, which contains `project`, or else no frame and the current settings."""
         self.release()
         self.path, self.read_only = path, read_only or self._hold(path)
-        self._mark = None if path is None else _mark(path)
+        self._mark = None if path is None else file_identity(path)
         self._saved_frames, self._saved, self.found_elsewhere = {}, self._settings(), False
         if project is not None:
             self._saved_frames = {frame.id: frame for frame in project.frames}
@@ -183,4 +174,4 @@ class CurrentProject:
 
     def changed_on_disk(self) -> bool:
         """Return whether another program has changed, made or removed the file since it was opened or saved."""
-        return self.path is not None and _mark(self.path) != self._mark
+        return self.path is not None and file_identity(self.path) != self._mark

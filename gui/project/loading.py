@@ -19,11 +19,11 @@ from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
-from ilf.errors import one_line
+from ilf.errors import InputError, one_line
 from ilf.project.recorded_frames import recorded_run
-from ilf.project.sources import Places
+from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
-from ilf.run.replaying import Replay, replay
+from ilf.run.replaying import Replay
 from ilf.run.run import Run
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing, list_frames
@@ -131,13 +131,12 @@ class FrameLoader(QObject):
         self.read(f"Opening {Path(source.key).name}", do, take)
 
     def open_run(self, record: Path) -> None:
-        """Open the record of a run: its frame, blocks, parameters and result; a run.json as its folder."""
-        record = Path(os.path.abspath(record))  # one key for all spellings of the path
-        if record.name == RECORD_FILE and record.exists():
-            self.open(FrameRef(str(record.parent)))
-        elif not self._shows(record):
-            do = lambda: _replayed(replay(record, extract=False))  # noqa: E731
-            self.read(f"Opening {record.name}", do, partial(self._take_opened, record))
+        """Open the run.json of a result, as its folder: the frame, blocks, parameters and result of the run."""
+        if record.name == RECORD_FILE:
+            self.open(FrameRef(os.path.abspath(record.parent)))  # one key for all spellings of the path
+        else:
+            error = InputError(f"{record} is not a run record: give the {RECORD_FILE} of an export, under this name.")
+            self._notes.report(f"Opening {record.name}", error)
 
     def open_folder(self, how: FrameRef, show: bool = True) -> None:
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
@@ -158,7 +157,7 @@ class FrameLoader(QObject):
             take = partial(self.open_state, entry)
         else:
             source, parameters = entry.source or FrameRef(entry.key), self._workspace.parameters.extraction
-            do = partial(_open, source, parameters, places=self.store.places)
+            do = partial(_open, source, parameters, places=self.store.places if entry.source else None)
             take = partial(self._show_opened, source, entry=entry)
 
         def wanted() -> bool:
@@ -199,17 +198,17 @@ class FrameLoader(QObject):
 
         self._reading.add(Job(do, take, report, what=what))
 
-    def _shows(self, origin: FrameRef | Path) -> bool:
+    def _shows(self, origin: FrameRef) -> bool:
         """Show the frame of the list that is of this origin; return False if there is none."""
-        entry = self._workspace.entries.of_key(_key(origin))
+        entry = self._workspace.entries.of_key(origin.key)
         if entry is None or entry.origin not in (origin, None):
             return False
         self.open_entry(entry)
         return True
 
-    def _take_opened(self, origin: FrameRef | Path, opened: _Opened) -> None:
+    def _take_opened(self, origin: FrameRef, opened: _Opened) -> None:
         """Show a frame that was read, in place of the same one that was read with other options."""
-        former = self._workspace.entries.of_key(_key(origin))
+        former = self._workspace.entries.of_key(origin.key)
         if former is None:
             self._show_opened(origin, opened)
         elif not (self._shows(origin) or self._take_camera(former, origin, opened[0].frame)):
@@ -220,10 +219,10 @@ class FrameLoader(QObject):
 
             self.replace([former], take_place)
 
-    def _take_camera(self, entry: Entry, origin: FrameRef | Path, frame: RGBDFrame) -> bool:
+    def _take_camera(self, entry: Entry, origin: FrameRef, frame: RGBDFrame) -> bool:
         """Take over the camera of a frame that was read again; return False if more of it differs."""
         document = entry.document
-        if document is None or isinstance(origin, Path) or not document.set_camera(frame, origin):
+        if document is None or not document.set_camera(frame, origin):
             return False
         entry.source = origin
         self._workspace.show(document)
@@ -231,11 +230,11 @@ class FrameLoader(QObject):
         self._notes.show_message(f"{entry.name} has {camera} now; its blocks, edits and their results stay.")
         return True
 
-    def _show_opened(self, origin: FrameRef | Path, opened: _Opened, entry: Entry | None = None) -> None:
+    def _show_opened(self, origin: FrameRef, opened: _Opened, entry: Entry | None = None) -> None:
         """Show what was opened: a frame, whose blocks are extracted then, or a recorded run. If it was opened from the
         list, other frames of the same files are not affected."""
         run, again = opened
-        document = Document.of(run, origin, _key(origin), again)
+        document = Document.of(run, origin, origin.key, again)
         if entry is not None:
             document.change(id=entry.id)
         if again is None:
@@ -248,8 +247,7 @@ class FrameLoader(QObject):
 
     def open_state(self, entry: Entry, decoded: Decoded, show: bool = True) -> Document:
         """Open a frame of the list in a state and, with `show`, make it the current one."""
-        origin = entry.source or (Path(entry.key) if entry.has_state else FrameRef(entry.key))
-        document = Document.of_state(decoded.state, origin, entry.key)
+        document = Document.of_state(decoded.state, entry.source, entry.key)
         self._workspace.open_document(document, restored=entry.has_state, show=show)
         self._notes.warn(f"{document.name}: opened without some of its files", decoded.problems)
         return document
@@ -406,22 +404,14 @@ def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
     return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 
-def _key(origin: FrameRef | Path) -> str:
-    return origin.key if isinstance(origin, FrameRef) else str(origin)
-
-
 def _open(source: FrameRef, parameters: BlockParameters, places: Places | None = None) -> _Opened:
     again = recorded_run(source, places)
     if again is not None:
-        return _replayed(again)
-    frame = read_frame(source)
+        again.completion  # noqa: B018 - read here, in the background
+        return again.run, again
+    frame = read_frame(source if places is None else moved(source, places))
     no_blocks = np.zeros(frame.shape, np.int32)
     return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
-
-
-def _replayed(again: Replay) -> _Opened:
-    again.completion  # noqa: B018 - read here, in the background
-    return again.run, again
 
 
 def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:

@@ -114,7 +114,8 @@ class WorkStore:
     def _owns(self, name: str) -> bool:
         """Whether a part is written here, and not out of date."""
         there = self._work is not None and name in self._work.names()
-        return there and (not name.startswith(_OF_FRAMES) or _frame_of(name) in self._names)
+        frame_id = name.rpartition("/")[2].partition(".")[0]
+        return there and (not name.startswith(_OF_FRAMES) or frame_id in self._names)
 
     def read(self, name: str) -> bytes:
         """Return the bytes of a part; raises InputError if there is none or it is damaged."""
@@ -283,11 +284,6 @@ class WorkStore:
 
 def _parts_of(frames: Iterable[str]) -> set[str]:
     return {part(frame_id) for frame_id in frames for part in (frame_part, thumbnail_part)}
-
-
-def _frame_of(name: str) -> str:
-    """Return the id of the frame that has a part of this name."""
-    return name.rpartition("/")[2].partition(".")[0]
 
 
 class _Copies(dict[str, bytes]):

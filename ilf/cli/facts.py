@@ -13,8 +13,7 @@ from ..data.parameters import BlockParameters, nearest_preset
 from ..errors import InputError
 from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
-from ..run.record import RunRecord
-from ..run.record_file import read_record
+from ..run.record import RunRecord, read_record
 from ..run.replaying import file_problems
 from .output import fact_lines
 from .run_output import outcome_lines, outcome_record, parameters_text, values_text

@@ -19,7 +19,7 @@ from ..completion.confidence.expected_error import RMS_NAME
 from ..data.results import Completion
 from ..errors import InputError, one_line
 from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
-from ..project.facts import FrameFacts, differences, frame_facts, present_completion, present_run
+from ..project.facts import FrameFacts, differences, frame_facts
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
@@ -271,7 +271,7 @@ def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple
         loaded = read_frame(frame.source)
         return Run(loaded, BlockChoice(opened.project.extraction).blocks_of(loaded), opened.project.common), None
     state = opened.state(frame.id).state
-    return run_and_completion(state) if complete else (present_run(state), present_completion(state))
+    return run_and_completion(state) if complete else (state.present_run(), state.present_completion())
 
 
 def run_replay(arguments: argparse.Namespace) -> None:
@@ -280,7 +280,7 @@ def run_replay(arguments: argparse.Namespace) -> None:
     shown = shows_progress(arguments)
     with _opened(arguments) as opened:
         for frame, state in _with_results(opened, arguments.frame):
-            sentences = differences(state, completed(present_run(state), shown=shown))
+            sentences = differences(state, completed(state.present_run(), shown=shown))
             count += 1
             if sentences:
                 other.append(frame.name)

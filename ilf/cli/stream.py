@@ -12,7 +12,7 @@ from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
 from ..io.ros_output import ENCODINGS_OF_ROS, StampedDepth
 from ..run.options import RECORD_FILE
-from ..run.record_file import read_record
+from ..run.record import read_record
 from ..run.stored_results import StoredResults, result_folders
 from ..sources.reading import stamp_of
 from ..sources.source import Source

@@ -71,7 +71,7 @@ class Archive(Closeable):
 
     def _open(self) -> None:
         self._stream: BinaryIO = open_file(self.path)
-        self._identity = _identity(os.fstat(self._stream.fileno()))
+        self._identity = file_identity(self._stream.fileno())
         self._members, self.problems = _members_of(self._stream), ()
         if _FIRST not in self._members:
             with self._stream as damaged:
@@ -140,10 +140,7 @@ class Archive(Closeable):
 
     def replaced(self) -> bool:
         """Return whether the opened file was replaced by another one."""
-        try:
-            return _identity(os.stat(self.path)) != self._identity
-        except OSError:
-            return True
+        return file_identity(self.path) != self._identity
 
     @contextmanager
     def closed_for_replacement(self) -> Iterator[None]:
@@ -214,7 +211,12 @@ def _rescued(stream: BinaryIO) -> io.BytesIO:
     return found
 
 
-def _identity(status: os.stat_result) -> tuple[int, ...]:
+def file_identity(file: Path | int) -> tuple[int, ...] | None:
+    """Return what changes as another program replaces a file, given by path or descriptor; None if there is none."""
+    try:
+        status = os.stat(file)
+    except OSError:
+        return None
     return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 

@@ -15,12 +15,10 @@ from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
 from ..run.formats import BLOCKS, FORMATS
 from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible
-from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record
-from ..run.record_file import read_record
+from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record, read_record
 from ..run.replaying import file_problems, network_differences
 from ..run.run import Run
 from ..run.writing import check_write, colour_path, write
-from .facts import present_completion, present_run
 from .frame_state import FrameState
 
 
@@ -78,7 +76,7 @@ def run_and_completion(state: FrameState) -> tuple[Run, Completion | None]:
     labels = _labels(run)
     if not labels or labels - state.results.keys():
         return run, None
-    return present_run(state), present_completion(state)
+    return state.present_run(), state.present_completion()
 
 
 def _labels(run: Run) -> frozenset[int]:

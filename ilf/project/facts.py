@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from ..data.results import Completion, compose
+from ..data.frame import InputFile
+from ..data.results import Completion
+from ..errors import InputError
 from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
-from ..run.run import Run
+from .archive import Parts
 from .codec import UNREADABLE, check_content, from_plain, stored_fields
 from .file import OpenedProject
 from .frame_state import FrameState
-from .missing_files import how_found, wanted_files
 from .project import ProjectFrame
 from .run_history import StoredRun
+from .sources import embedded, located
 from .state_codec import frame_part, read_head
 
 _OF_RUN = (
@@ -30,7 +33,8 @@ class FrameFacts:
     ----------
     frame : ProjectFrame
     sources : dict of str to str
-        Path of each of its files -> how it is there, as of `how_found`.
+        Path of each of its files -> "embedded", "present", "changed", "missing", or "not allowed" if it may lie where
+        nothing is opened unasked.
     runs : tuple of dict of str to object
         Number, name, how, done, seconds, note and errors of each run of the history, as in `StoredRun`.
     size : int
@@ -54,7 +58,7 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     opened : OpenedProject
     frame : ProjectFrame
     """
-    sources = {file.path: how_found(file, opened)[0] for file in wanted_files(frame, opened.parts)}
+    sources = {file.path: _how_found(file, opened) for file in _wanted_files(frame, opened.parts)}
     if not frame.has_state:
         return FrameFacts(frame, sources)
     try:
@@ -68,31 +72,32 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
     return FrameFacts(frame, sources, runs, size)
 
 
+def _how_found(wanted: InputFile, opened: OpenedProject) -> str:
+    """Return how a file is there, as in `FrameFacts.sources`."""
+    if embedded(wanted, opened.parts) is not None:
+        return "embedded"
+    same, other = located(wanted, opened.places)
+    if same is not None or other is not None:
+        return "changed" if same is None else "present"
+    try:
+        opened.places.check(wanted)
+    except InputError:
+        return "not allowed"
+    return "missing"
+
+
+def _wanted_files(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
+    """List the files of a frame from its state, or else from its source, without their SHA-256."""
+    if frame.has_state:
+        with suppress(*UNREADABLE):  # else from the source
+            return list(read_head(parts.read(frame_part(frame.id))).files)
+    return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
+
+
 def _checked_size(opened: OpenedProject, name: str) -> int:
     content = opened.parts.read(name)
     check_content(name, content)
     return len(content)
-
-
-# The present results of a stored frame as a run and its completion, for export and replay.
-
-
-def present_run(state: FrameState) -> Run:
-    """Return the run of the present results: the blocks with a result, each with the parameters of its result.
-
-    Parameters
-    ----------
-    state : FrameState
-    """
-    own = {label: result.parameters for label, result in state.results.items()}
-    blocks = state.blocks.with_parameters(own, state.common)
-    return Run(state.frame, blocks, state.common, frozenset(own), state.extrapolation is not None)
-
-
-def present_completion(state: FrameState) -> Completion:
-    """Compose the present results, including extrapolated depth."""
-    completion = compose(present_run(state), {label: state.results[label] for label in sorted(state.results)})
-    return completion if state.extrapolation is None else state.extrapolation.added_to(completion)
 
 
 def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
@@ -102,7 +107,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     ----------
     state : FrameState
     completion : Completion
-        Of `present_run(state)`.
+        Of `state.present_run()`.
 
     Returns
     -------
@@ -121,7 +126,7 @@ def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
     >>> differences(state, completion)
     ()
     """
-    stored = present_completion(state)
+    stored = state.present_completion()
     sentences = []
     if array_sha256(stored.depth) != array_sha256(completion.depth):
         sentences.append(f"{depth_difference_text(completion.depth, stored.depth)}.")

@@ -14,7 +14,7 @@ from ..data.frame import RGBDFrame
 from ..data.label_map import Box
 from ..data.parameters import Parameters
 from ..data.presets import preset
-from ..data.results import BlockResult, Status
+from ..data.results import BlockResult, Completion, Status, compose
 from ..evaluation.quality.places import IgnoredPlace
 from ..run.run import Run
 from .project import FrameSummary, Stage
@@ -158,3 +158,14 @@ class FrameState:
     def run(self) -> Run:
         """Return the run of all blocks as they are now."""
         return Run(self.frame, self.blocks.without_absent(), self.common, extrapolate=self.extrapolate)
+
+    def present_run(self) -> Run:
+        """Return the run of the present results: the blocks with a result, each with the parameters of its result."""
+        own = {label: result.parameters for label, result in self.results.items()}
+        blocks = self.blocks.with_parameters(own, self.common)
+        return Run(self.frame, blocks, self.common, frozenset(own), self.extrapolation is not None)
+
+    def present_completion(self) -> Completion:
+        """Compose the present results, including extrapolated depth."""
+        completion = compose(self.present_run(), {label: self.results[label] for label in sorted(self.results)})
+        return completion if self.extrapolation is None else self.extrapolation.added_to(completion)

@@ -9,14 +9,13 @@ from pathlib import Path
 from .._runtime.files import is_address
 from ..data.frame import InputFile, RGBDFrame
 from ..errors import InputError
-from ..run.record_file import read_record
+from ..run.record import read_record
 from ..run.replaying import Replay, replay
 from ..sources.frame_ref import FrameRef
 from ..sources.own_results import RECORD_FILE, is_result_folder
 from ..sources.reading import read_frame
 from ..sources.reading_options import AS_STATED
-from .missing_files import located
-from .sources import MissingSource, Places
+from .sources import MissingSource, Places, located
 
 
 def recorded_run(ref: FrameRef, places: Places | None = None) -> Replay | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import shutil
 import socket
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -124,7 +124,7 @@ def _read_recoverable(path: Path) -> RecoverableWork | None:
 
 @dataclass(frozen=True)
 class Copied:
-    """Copies of frames' parts under new ids.
+    """Copies of frames' parts.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class Copied:
     names : dict of str to frozenset of str
         Id of a frame -> the parts that its state names.
     problems : dict of str to str
-        New id of a frame that cannot be read, which is left out -> why, one sentence.
+        Id of a frame that cannot be read, which is left out -> why, one sentence.
     """
 
     put: dict[str, bytes]
@@ -140,20 +140,20 @@ class Copied:
     problems: dict[str, str]
 
 
-def copy_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
+def copy_frames(stores: Collection[Parts], ids: Collection[str]) -> Copied:
     """Copy frames with all parts that they name, each whole or not at all; arrays are read from the first store that
     has a readable one.
 
     Parameters
     ----------
     stores : collection of Parts
-    ids : mapping of str to str
-        Id of a frame in the stores -> its new id.
+    ids : collection of str
+        Ids of the frames.
     """
     copied = Copied({}, {}, {})
-    for former, frame_id in ids.items():
+    for frame_id in ids:
+        name = frame_part(frame_id)
         try:
-            name = frame_part(former)
             newest = [parts for parts in stores if name in parts.names()][:1]  # an older state does not stand in for it
             content = _first(newest, name)
             names = read_head(content).parts
@@ -161,10 +161,10 @@ def copy_frames(stores: Collection[Parts], ids: Mapping[str, str]) -> Copied:
         except UNREADABLE as error:
             copied.problems[frame_id] = f"The work on this frame cannot be restored: {error}"
             continue
-        copied.put.update(arrays | {frame_part(frame_id): content})
+        copied.put.update(arrays | {name: content})
         copied.names[frame_id] = frozenset(names)
         with contextlib.suppress(InputError):
-            copied.put[thumbnail_part(frame_id)] = _first(stores, thumbnail_part(former))
+            copied.put[thumbnail_part(frame_id)] = _first(stores, thumbnail_part(frame_id))
     return copied
 
 

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .._runtime.files import FileContent, read_file
+from .._runtime.files import FileContent, file_sha256, is_address, read_file
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
@@ -25,7 +25,7 @@ from ..io.frame_additions import ground_truth_of
 from ..io.images import read_colour, turned
 from ..io.orientation import AS_STORED
 from ..sources.frame_ref import FrameRef
-from ..sources.named_places import first_allowed, named_in, note_opened
+from ..sources.named_places import first_allowed, may_look_at, named_in, note_opened
 from ..sources.read_images import frame_of_images, read_recorded
 from ..sources.trajectories import camera_pose
 from .archive import Parts
@@ -148,6 +148,49 @@ def embedded(wanted: InputFile, parts: Parts) -> FileContent | None:
         if hashlib.sha256(content).hexdigest() == wanted.sha256:
             return FileContent(Path(wanted.path), np.frombuffer(content, np.uint8))
     return None
+
+
+def located(wanted: InputFile, places: Places) -> tuple[Path | None, Path | None]:
+    """Return the file at its possible places, and the first one with another content; None for none. Files without a
+    known SHA-256 may be folders."""
+    other: Path | None = None
+    for path in places.candidates(wanted):
+        if not wanted.sha256 or _is_same(path, wanted.sha256):
+            return path, None
+        other = other or path
+    return None, other
+
+
+def _is_same(path: Path, sha256: str) -> bool:
+    try:
+        return file_sha256(path) == sha256
+    except (InputError, OSError):
+        return False
+
+
+def moved(source: FrameRef, places: Places) -> FrameRef:
+    """Return a frame's source with files and folders that are no longer there at their present places.
+
+    Raises
+    ------
+    MissingSource
+        If one of them is at none of its possible places.
+    NotAllowed
+        If it may be where nothing is opened unasked.
+    """
+
+    def present(path: str) -> str:
+        wanted = InputFile(path, "")
+        if is_address(path) or (may_look_at(path) and os.path.exists(path)):
+            return path
+        found = places.present(wanted)
+        if found is None:
+            places.check(wanted)
+            raise MissingSource(f"{path} no longer exists. Give its new path.", wanted)
+        note_opened(found)
+        return str(found)
+
+    return source.with_paths(present)
 
 
 def find_source(wanted: InputFile, parts: Parts | None = None, places: Places | None = None) -> FileContent:

@@ -8,7 +8,6 @@ from typing import Self
 from ..data.blocks import block_colour
 from ..data.pictures import Colour
 from ..data.results import Completion
-from ..project.facts import present_completion
 from ..project.frame_state import FrameState
 from ..project.run_history import StoredRun
 from ..run.run import Run
@@ -45,7 +44,7 @@ class Subject:
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """Return the subject of a frame in a project, with its present results."""
         run = replace(state.run(), extrapolate=state.extrapolation is not None)
-        return cls(run, present_completion(state), state.note, state.runs, again, problems)
+        return cls(run, state.present_completion(), state.note, state.runs, again, problems)
 
     def name_of(self, label: int) -> str:
         """Return the name of a block."""

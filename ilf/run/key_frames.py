@@ -41,8 +41,6 @@ class Track:
     block : Block
         The block as it was run.
     stride : int
-    dropped : bool
-        Whether it has been removed from its `KeyFrames`.
     nbytes : int
         Memory of all key frames.
     """
@@ -50,7 +48,6 @@ class Track:
     def __init__(self, frame: RGBDFrame, block: Block, parameters: Parameters) -> None:
         self.block = block
         self.stride = 1
-        self.dropped = False
         self.nbytes = 0
         self._frame = frame
         self._parameters = parameters
@@ -127,8 +124,6 @@ class KeyFrames:
         self.nbytes = 0
         """Memory of all key frames."""
         self._tracks: list[Track] = []
-        self._by_first: dict[int, Track] = {}
-        """By the identity of their first record."""
         self._lock = threading.Lock()
 
     def watch(self, run: Run) -> Watch:
@@ -141,8 +136,7 @@ class KeyFrames:
                 track = tracks[block.label] = Track(run.frame, block, run.parameters_of(block.label))
                 with self._lock:
                     self._tracks.append(track)
-                    self._by_first[id(record)] = track
-            elif track.dropped or (record.i - 1) % track.stride:
+            elif track not in self._tracks or (record.i - 1) % track.stride:
                 return
             self._take(track, record, stepper.snapshot())
 
@@ -151,8 +145,7 @@ class KeyFrames:
     def clear(self) -> None:
         """Drop all."""
         with self._lock:
-            for track in list(self._tracks):
-                self._drop(track)
+            self._tracks.clear()
             self.nbytes = 0
 
     def _take(self, track: Track, record: IterationRecord, snapshot: Snapshot) -> None:
@@ -165,40 +158,28 @@ class KeyFrames:
 
     def track(self, records: Sequence[IterationRecord]) -> Track | None:
         """The key frames of the iterations with exactly these records; None if there are none."""
-        if not records:
-            return None
         with self._lock:
-            track = self._by_first.get(id(records[0]))
-        # the id may have been reused
-        return track if track is not None and track.belongs_to(records) else None
+            return next((track for track in self._tracks if records and track.belongs_to(records)), None)
 
     def _make_room(self) -> None:
-        while self.nbytes > self.budget and (self._drop_older() or self._thin() or self._drop_first()):
+        """Drop blocks that have been run again since; then thin those with the smallest stride; then drop the blocks
+        that were run first, except the last one."""
+        while self.nbytes > self.budget:
+            latest = {track.block.label: track for track in self._tracks}
+            older = [track for track in self._tracks if latest[track.block.label] is not track]
+            thick = [track for track in self._tracks if track.can_thin]
+            if older:
+                self._tracks.remove(older[0])
+            elif thick:
+                stride = min(track.stride for track in thick)
+                for track in thick:
+                    if track.stride == stride:
+                        track.thin()
+            elif len(self._tracks) > 1:
+                del self._tracks[0]
+            else:
+                return
             self.nbytes = sum(track.nbytes for track in self._tracks)
-
-    def _drop_older(self) -> bool:
-        """Drop the oldest key frames of a block that has been run again since; False if there are none."""
-        latest = {track.block.label: track for track in self._tracks}
-        older = next((track for track in self._tracks if latest[track.block.label] is not track), None)
-        return older is not None and self._drop(older)
-
-    def _thin(self) -> bool:
-        """Thin the tracks with the smallest stride; False if all have only the first key frame left."""
-        stride = min((track.stride for track in self._tracks if track.can_thin), default=0)
-        thinned = [track for track in self._tracks if track.can_thin and track.stride == stride]
-        for track in thinned:
-            track.thin()
-        return bool(thinned)
-
-    def _drop_first(self) -> bool:
-        """Drop the block that was run first; False if it is the only one."""
-        return len(self._tracks) > 1 and self._drop(self._tracks[0])
-
-    def _drop(self, track: Track) -> bool:
-        track.dropped = True
-        self._tracks.remove(track)
-        self._by_first = {first: one for first, one in self._by_first.items() if one is not track}
-        return True
 
 
 def depth_at_key_frames(

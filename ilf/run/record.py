@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.files import read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
 from .._runtime.networks.session import device
-from .._runtime.schema import PlainName, json_file
+from .._runtime.schema import PROGRAM, PlainName, check_schema, converted, json_file
 from ..completion.correction_network import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.blocks import Blocks
+from ..data.camera import checked_transform
 from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Gives, GuideCard
@@ -26,7 +30,8 @@ from ..data.neighbours import Neighbour
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockOutcome, Completion
-from ..errors import InputError
+from ..errors import FormatError, InputError, ParameterError, told_as
+from ..io.encodings import encoding_of
 from ..segmentation.edges.depth_edges import DepthEdgeNetwork
 from ..segmentation.edges.detectors import load_model
 from . import files
@@ -246,6 +251,8 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
     is_of_files = frame.inputs is not None and frame.inputs.frame is None
     used = Counter(result.parameters for result in results.values())
     common = used.most_common(1)[0][0] if used else run.parameters
+    extraction = run.blocks.extraction
+    asked = () if extraction is None else requested_networks(extraction.detector, extraction.model)
     return RunRecord(
         name=frame.name,
         inputs=frame.inputs,
@@ -258,9 +265,9 @@ def make_record(run: Run, completion: Completion, options: ExportOptions) -> Run
         else RecordedGuide.of(guide.array, files.GUIDE, guide.path, guide.network, guide.gives),
         pose=None if frame.pose is None else tuple(map(tuple, frame.pose.tolist())),
         neighbours=() if frame.neighbours is None else frame.neighbours.neighbours,
-        extraction=run.blocks.extraction,
+        extraction=extraction,
         blocks=RecordedBlocks.of(run.blocks, files.LABELS if options.labels else None),
-        networks=RecordedNetworks(_extraction_networks(run.blocks), _networks(completion)),
+        networks=RecordedNetworks(used_network(run.blocks.network, asked), _networks(completion)),
         parameters=common,
         block_parameters={
             label: result.parameters.differences_from(common)
@@ -290,12 +297,6 @@ def to_json(record: RunRecord) -> bytes:
     return json_file(SCHEMA, dataclasses.asdict(record))
 
 
-def _extraction_networks(blocks: Blocks) -> dict[str, str]:
-    if blocks.extraction is None:
-        return {}
-    return used_network(blocks.network, requested_networks(blocks.extraction.detector, blocks.extraction.model))
-
-
 def _networks(completion: Completion) -> dict[str, str]:
     # extrapolation uses the preset "best"
     used = [(preset(), completion.extrapolation_network)]
@@ -306,3 +307,62 @@ def _networks(completion: Completion) -> dict[str, str]:
     for parameters, sha256 in dict.fromkeys(used):
         networks |= used_network(sha256, requested_networks(parameters.edges, parameters.model))
     return networks
+
+
+# Reading: every value is checked, with a clear error message.
+
+
+def read_record(path: str | os.PathLike[str]) -> RunRecord:
+    """Read and check a run record. Unknown sections and keys are ignored.
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    FormatError
+        If it is not JSON, not a run record, of another schema, incomplete, or has a value of the wrong type. Also for
+        unknown parameters, because without them the run would be different.
+    """
+    data = read_json(path)
+    if not isinstance(data, dict) or data.get("program") != PROGRAM:
+        raise FormatError(f"{Path(path).absolute()} is not a run record: give the run.json of an export.")
+    with told_as(FormatError, f"{Path(path).absolute()}: {{error}}", (InputError, ParameterError)):
+        check_schema(data, SCHEMA, "run record")
+        return _parsed(data)
+
+
+def modes_in(path: str | os.PathLike[str]) -> frozenset[str]:
+    """The modes (`Parameters.mode`) in a run record; nothing else in it is checked, which would take a hundred times as
+    long. Raises as `read_record`."""
+    data = read_json(path)
+    try:
+        common = data["parameters"]["mode"]
+        return frozenset({common, *(own.get("mode", common) for own in data["block_parameters"].values())})
+    except (KeyError, TypeError, AttributeError) as error:
+        raise FormatError(f"{Path(path).absolute()} is not a run record: give the run.json of an export.") from error
+
+
+def _parsed(data: dict[str, Any]) -> RunRecord:
+    for key, kind in (("parameters", Parameters), ("extraction", BlockParameters)):
+        if isinstance(data.get(key), dict):
+            data[key] = kind.from_dict(data[key])
+    if isinstance(data.get("blocks_outcome"), list):
+        data["blocks_outcome"] = [_without_null_deviation(outcome) for outcome in data["blocks_outcome"]]
+    record = converted({"neighbours": [], **data}, RunRecord, "run record")
+    record.own_parameters  # noqa: B018 - refuses unknown names and values out of range
+    if record.pose is not None:
+        checked_transform(record.pose, "'pose' in the run record")
+    for neighbour in record.neighbours:
+        checked_transform(neighbour.motion, "'motion' of a neighbour in the run record")
+    inputs = record.inputs
+    if inputs is None or inputs.encoding is None:
+        return record
+    with told_as(FormatError, f"There is no depth encoding {inputs.encoding!r:.60}.", ParameterError):
+        return replace(record, inputs=replace(inputs, depth_units=encoding_of(inputs.encoding).units))
+
+
+def _without_null_deviation(outcome: object) -> object:
+    """Leave a deviation of null out: it is NaN, the default."""
+    if isinstance(outcome, dict) and outcome.get("sigma_i", 0) is None:
+        return {name: value for name, value in outcome.items() if name != "sigma_i"}
+    return outcome

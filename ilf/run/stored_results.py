@@ -30,8 +30,7 @@ from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files
 from .options import RECORD_FILE
-from .record import RunRecord
-from .record_file import modes_in, read_record
+from .record import RunRecord, modes_in, read_record
 
 _CHANGED = "has another size than its depth: it was changed. Complete the frame again."
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QFileDialog
 
 import ilf
 from gui.features.cloud import CloudFeature
@@ -14,7 +15,7 @@ from gui.views.cloud.scene import ColourBy
 from gui.work.frame_runs import RunState
 from ilf.cli import main as command_line
 
-from .conftest import export, loaded, open_frame, readout, write_frame
+from .conftest import answer, export, loaded, open_frame, readout, write_frame
 
 
 @pytest.fixture
@@ -115,7 +116,9 @@ def test_what_differs_from_a_record_is_said_when_it_is_opened(opened, qtbot, run
 
 
 @pytest.mark.parametrize("problem", ["changed", "missing"])
-def test_a_file_of_the_frame_that_is_not_there_any_more_is_asked_for(opened, qtbot, run_all, tmp_path, problem):
+def test_a_file_of_the_frame_that_is_not_there_any_more_is_asked_for(
+    opened, qtbot, run_all, tmp_path, problem, monkeypatch
+):
     run_all(opened)
     frame, completed = opened.workspace.current.frame, opened.workspace.current.completion().depth
     export(opened, qtbot, tmp_path / "out")
@@ -124,14 +127,9 @@ def test_a_file_of_the_frame_that_is_not_there_any_more_is_asked_for(opened, qtb
         write_frame(tmp_path / "two-planes", ilf.RGBDFrame(frame.rgb, frame.depth + 1))
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
     assert not opened.workspace.has_current
-    missing = opened.project.missing
-    assert [row.text(2) for row in _rows(missing.dialog.files)] == [problem]
-    loaded(opened, qtbot, missing.look, moved)
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(moved))
+    loaded(opened, qtbot, answer, opened, "Locate f&older…")
     np.testing.assert_array_equal(opened.workspace.current.completion().depth, completed)
-
-
-def _rows(tree):
-    return [tree.topLevelItem(row) for row in range(tree.topLevelItemCount())]
 
 
 def test_a_run_that_does_not_come_out_as_recorded_says_by_how_much(

@@ -1,19 +1,16 @@
 """A folder of frames, worked through in the window: opened when they are looked at, put away, and there again."""
 
-import os
 import shutil
-import stat
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
-from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Stage
 
 from ..gui.states import edit
@@ -206,8 +203,8 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
     assert window.project.present.unsaved
     _save(window, qtbot)
     assert not window.project.present.unsaved
-    assert os.name != "posix" or stat.S_IMODE(folder_projects_dir().stat().st_mode) == 0o700, "it is the user's own"
-    assert [key_of(origin) for origin in window.documents.recent.origins] == [str(folder)], "not its project"
+    project = window.project.present.path
+    assert [key_of(origin) for origin in window.documents.recent.origins] == [str(project), str(folder)]
     assert window.close()
 
     write_frame(folder / "frame-9", small_frame)
@@ -236,9 +233,8 @@ def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, s
 
 
 @pytest.fixture
-def in_folder(another, qtbot, folder, monkeypatch):
-    """The window with the folder's project, which lies where it does without a setting."""
-    monkeypatch.delenv("ILF_FOLDERS")
+def in_folder(another, qtbot, folder):
+    """The window with the folder's project."""
     window = another(persistent=True)
     window.project.discard_silently = False
     _open_folder(window, qtbot, folder)
@@ -260,6 +256,23 @@ def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, anoth
     assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
     again = another(persistent=True)
     _open_folder(again, qtbot, folder)
+    assert again.workspace.entries[1].note == "mirror"
+
+
+def test_a_folder_beside_another_file_of_that_name_is_saved_where_the_user_says(another, qtbot, folder, monkeypatch):
+    folder.with_name("walk.ilf").write_bytes(b"of somebody else")
+    mine = folder.with_name("mine.ilf")
+    window = another(persistent=True)
+    _open_folder(window, qtbot, folder)
+    assert window.project.present.path is None
+    window.workspace.set_note(window.workspace.entries[1], "mirror")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(mine), ""))
+    window.actions_["save_project"].trigger()
+    with qtbot.waitSignal(window.project.saving.saved):
+        answer(window, "&Leave them out")
+    again = another(persistent=True)
+    _open_folder(again, qtbot, folder)
+    assert again.project.present.path == mine
     assert again.workspace.entries[1].note == "mirror"
 
 

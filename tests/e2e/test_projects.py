@@ -20,14 +20,16 @@ from gui.features.frame_list.feature import FramesFeature
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
+from gui.state.entries import Entry
 from gui.state.parts import Part
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions
+from ilf.sources.frame_ref import FrameRef
 
 from ..gui.states import edit
 from ..ilf.project_states import assert_same
-from .conftest import answer, open_frame, write_frame
+from .conftest import answer, in_front, open_frame, write_frame
 
 
 def save(window, qtbot, path: Path, embed: bool | None = None):
@@ -53,7 +55,7 @@ def answered(text: str) -> bool:
 def open_project(window, qtbot, path: Path):
     with qtbot.waitSignal(window.project.opening.opened):
         window.documents.open_paths([path])
-    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
+    qtbot.waitUntil(lambda: not window.loader.busy)
     window.refresh.now()
 
 
@@ -141,7 +143,6 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
         assert_same(again.results, before.results)
         assert_same(again.runs[0].results, before.runs[0].results)
         assert_same(again.blocks.labels, before.blocks.labels)
-        assert window.project.missing.dialog is None
 
     path = moved / "room.ilf"
     content = bytearray(path.read_bytes())
@@ -156,7 +157,7 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     (left_aside,) = window.workspace.entries
     assert not window.workspace.has_current
     assert left_aside.summary.problem
-    answer(window, "&Open anew")
+    answer(window, "Open &anew")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
@@ -167,82 +168,77 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
 
 
 def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_frame, tmp_path, monkeypatch):
-    folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c")]
-    for number, folder in enumerate(folders):  # files that differ
+    folders = [write_frame(tmp_path / name, small_frame) for name in ("a", "b", "c", "d")]
+    for number, folder in enumerate(folders[:3]):  # files that differ
         for file in ("rgb.png", "depth.png"):
             (folder / file).write_bytes((folder / file).read_bytes() + bytes(number))
         open_frame(window, qtbot, folder)
         window.workspace.current.edit_info(1, "Rename", name=f"Wall {number}")
+    window.workspace.add_entries([Entry.of(FrameRef(str(folders[3])))])
     path = tmp_path / "project" / "p.ilf"
     path.parent.mkdir()
     save(window, qtbot, path)
     (tmp_path / "away").mkdir()
-    for folder in folders[:2]:
-        shutil.move(folder, tmp_path / "away" / folder.name)
+    for number in (0, 1, 3):
+        shutil.move(folders[number], tmp_path / "away" / folders[number].name)
     (folders[2] / "depth.png").write_bytes((folders[2] / "rgb.png").read_bytes())
 
     second = another()
+    workspace, starts = second.workspace, []
+
+    def fail(number: int) -> list[str]:
+        """Open a frame that cannot be; what is offered."""
+        second.loader.open_entry(workspace.entries[number])
+        return offered()
+
+    def offered() -> list[str]:
+        qtbot.waitUntil(lambda: not second.loader.busy)
+        return [button.text() for button in in_front(second, QMessageBox).buttons()]
+
+    def press(button: str, place: Path | str) -> None:
+        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, *asked: starts.append(asked) or (str(place), ""))
+        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(place))
+        answer(second, button)
+        qtbot.waitUntil(lambda: not second.loader.busy)
+
+    window.project.present.release()
     open_project(second, qtbot, path)
-    workspace, dialog = second.workspace, second.project.missing.dialog
+    assert offered() == ["Locate f&older…", "Locate &file…", "Open &anew", "Cancel"]
+    answer(second, "Cancel")
     assert not workspace.has_current
-    assert [entry.summary.stage for entry in workspace.entries] == [Stage.FAILED] * 3
-    assert dialog.files.topLevelItemCount() == 5
+    assert "Frames" in second.panels.open
+    assert fail(1) == ["Locate f&older…", "Locate &file…", "Cancel"], "only what has changed can be opened anew"
+    answer(second, "Cancel")
     for _ in range(2):  # what cannot be opened is kept as it was, and what is said of it
         save(second, qtbot, path)
     with read_project(path) as project:
-        assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3
-    buttons = dialog.file_button, dialog.folder_button, dialog.new_button
-    starts = []
+        assert [frame.summary.stage for frame in project.project.frames] == [Stage.EXTRACTED] * 3 + [Stage.UNTOUCHED]
 
-    def choose(problem):
-        dialog.files.setCurrentItem(dialog.files.findItems(problem, Qt.MatchFlag.MatchExactly, 2)[0])
-
-    def press(button, answer):
-        file = "" if answer is None else str(answer)
-        monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda _, *asked: starts.append(asked) or (file, ""))
-        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: file)
-        button.click()
-        assert second.project.missing.busy == (answer is not None)
-        assert answer is None or not any(button.isEnabled() for button in buttons), "nothing else meanwhile"
-        qtbot.waitUntil(lambda: not second.project.missing.busy and not second.loader.busy)
-
-    changed = next(lost for lost in second.project.missing.lost if lost.changed is not None)
-    choose("missing")
-    assert [button.isEnabled() for button in buttons] == [True, True, False], "only what has changed is a new frame"
-    press(dialog.file_button, None)
-    press(dialog.folder_button, None)
+    fail(0)
+    press("Locate &file…", "")
     assert starts == [("Locate rgb.png", str(tmp_path))], "from the nearest folder that is there"
-    changed.changed.unlink()  # while the dialog is open
-    choose("changed")
-    assert "the results would not belong to it" in dialog.message.text()
-    changed.changed.write_bytes((folders[2] / "rgb.png").read_bytes())
-    press(dialog.file_button, folders[2] / "rgb.png")
-    assert dialog.message.tone() == "error"
-    assert len(second.project.missing.lost) == 5
-    press(dialog.folder_button, tmp_path / "away")
-    assert [lost.frame for lost in second.project.missing.lost] == [changed.frame]
-    assert dialog.message.text() == "Found 4 files; files of 1 frame are still missing."
-    assert [entry.summary.stage for entry in workspace.entries] == [
-        Stage.EXTRACTED,
-        Stage.EXTRACTED,
-        Stage.FAILED,
-    ]
+    fail(0)
+    press("Locate &file…", folders[2] / "rgb.png")
+    assert "No file with the original content is there" in answer(second, "Cancel")
+    assert second.project.present.words() == ""
+    fail(0)
+    press("Locate f&older…", tmp_path / "away")
+    assert workspace.current.info(1).name == "Wall 0"
     assert second.project.present.words() == "paths of files"
-    for number in (0, 1):
-        show(second, qtbot, number)
-        assert workspace.current.info(1).name == f"Wall {number}"
+    assert show(second, qtbot, 1).info(1).name == "Wall 1"
+    assert show(second, qtbot, 3).name == "d"
 
     shutil.copy(tmp_path / "away" / "a" / "depth.png", folders[2] / "depth.png")
-    (folders[2] / "rgb.png").write_bytes((folders[2] / "rgb.png").read_bytes() + b"!")
-    choose("changed")
-    dialog.new_button.click()
-    show(second, qtbot, 3)
-    assert not workspace.current.unsaved
+    fail(2)
+    press("Open &anew", "")
+    assert (len(workspace.entries), workspace.current) == (5, workspace.entries[4].document)
     save(second, qtbot, path)
     third = another()
+    second.project.present.release()
     open_project(third, qtbot, path)
-    assert third.workspace.entries[0].document is not None or third.workspace.entries[3].document is not None
-    assert {lost.frame for lost in third.project.missing.lost} == {changed.frame}, "what was found stays found"
+    for number in (0, 1, 3):
+        show(third, qtbot, number)
+    assert third.workspace.entries[3].source.rgb == str(tmp_path / "away" / "d"), "what was found stays found"
 
 
 def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, tmp_path, monkeypatch):
@@ -284,7 +280,7 @@ def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, t
     assert list(tmp_path.glob(".ilf-*")) == []
 
 
-def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qtbot, tmp_path, monkeypatch):
+def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, another, qtbot, tmp_path, monkeypatch):
     workspace, done = opened.workspace, []
     workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.saving.save(tmp_path / "p.ilf", then=done.append)
@@ -309,13 +305,14 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, qt
     qtbot.waitUntil(lambda: not opened.workspace.current.unsaved)
     assert path.read_bytes() != other
 
-    # it is write-protected
+    # another window has it open
     told: list[str] = []
-    monkeypatch.setattr("gui.features.project.opening._why_not_written", lambda path: "It is write-protected.")
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
     before = path.read_bytes()
+    opened.project.present.release()
+    open_project(another(), qtbot, path)
     open_project(opened, qtbot, path)
-    assert told == ["It is write-protected."]
+    assert told == ["p.ilf is open in another window: Save will ask for another file."]
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save_to(tmp_path / "other", monkeypatch)
     opened.actions_["save_project"].trigger()
@@ -472,8 +469,10 @@ def test_an_error_after_writing_keeps_no_one_from_saving_and_closing(opened, qtb
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     save(opened, qtbot, path)
     opened.workspace.current.edit_info(1, "Rename", name="Floor")
-    with monkeypatch.context() as patched, qtbot.captureExceptions() as errors:
+    errors: list[Exception] = []
+    with monkeypatch.context() as patched:
         patched.setattr(opened.recorder, "note_project", lambda: 1 / 0)
+        patched.setattr(opened.notes, "report", lambda what, error: errors.append(error))
         opened.actions_["save_project"].trigger()
         qtbot.waitUntil(lambda: bool(errors))
     assert not opened.project.saving.busy

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gui.app.main_window import MainWindow
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.project.missing import MissingFilesDialog
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
-from .conftest import loaded
+from .conftest import answer, loaded
 from .test_projects import open_project, save, show
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
@@ -52,6 +52,7 @@ def test_a_project_brings_frames_of_a_recording_back(
     another,
     qtbot,
     tmp_path,
+    monkeypatch,
 ):
     """With the work on them, without the recording in it, and from where the recording is later."""
     path = write_aligned(tmp_path, "mcap")
@@ -69,12 +70,14 @@ def test_a_project_brings_frames_of_a_recording_back(
     path.rename(tmp_path / "away" / path.name)
 
     again = another()
+    window.project.present.release()
     open_project(again, qtbot, tmp_path / "work.ilf")
-    assert isinstance(again.project.missing.dialog, MissingFilesDialog)
-    again.project.missing.dialog.reject()
+    answer(again, "Cancel")
     assert "Frames" in again.panels.open, "the frames are listed, though none can be shown"
-    again.project.missing.look(tmp_path / "away")
-    qtbot.waitUntil(lambda: not again.project.missing.busy and not again.loader.busy)
+    again.loader.open_entry(again.workspace.entries[0])
+    qtbot.waitUntil(lambda: not again.loader.busy)
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "away"))
+    loaded(again, qtbot, answer, again, "Locate f&older…")
     document = show(again, qtbot, 0)
     assert np.array_equal(document.labels, labels)
     assert document.frame.inputs.frame == KEYS[0]

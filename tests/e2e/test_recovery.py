@@ -106,14 +106,18 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
     assert "frame-hall" in _rows(dialog)[1]
     assert "2 frames" in _select(dialog, 1)
     assert dialog.works.topLevelItem(1).text(1)
-    assert not dialog.added.isVisible()
     _restore(window, dialog, qtbot, 1)
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
     assert all(entry.unsaved for entry in window.workspace.entries)
-    assert dialog.added.isVisible()
-    _restore(window, dialog, qtbot, 0)
-    assert _names(window) == ["frame-hall", "frame-stairs", "frame-attic"]
+    window.project.discard_silently = False
+    _select(dialog, 0)
+    dialog.restore_button.click()
+    qtbot.waitUntil(lambda: window.project.question is not None)
+    window.project.question.discard_button.click()
+    qtbot.waitUntil(lambda: len(_rows(dialog)) == 1 and not window.loader.busy)
+    window.project.discard_silently = True
+    assert _names(window) == ["frame-attic"], "in place of the other, about which was asked"
     for button in ("Cancel", "&Discard"):
         assert len(_rows(dialog)) == 1
         dialog.discard_button.click()
@@ -171,7 +175,7 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
         with qtbot.waitSignal(window.notes.reported):
             _select(dialog, 1)
             dialog.restore_button.click()
-    assert set(left.glob("*.work")) == works
+    assert works <= set(left.glob("*.work"))
     _restore(window, dialog, qtbot, 1)
     assert _names(window) == ["frame-hall", "frame-stairs"]
 

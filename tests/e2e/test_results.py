@@ -4,6 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QFileDialog
 
 import ilf
 from gui.features.documents.open_dialog import OpenDialog
@@ -13,11 +14,11 @@ from gui.views.curves.panel import CurvesPanel
 from ilf.cli import main as command_line
 from ilf.io.labels import read_labels
 from ilf.run.options import ExportOptions
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import work_in_this_process
-from .conftest import export, loaded, write_frame
+from .conftest import answer, export, loaded, write_frame
 
 NAMES = "far", "near"
 
@@ -115,14 +116,13 @@ def test_the_dialog_says_what_a_result_is_and_asks_for_no_options(window, qtbot,
     dialog.reject()
 
 
-def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_path):
+def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_path, monkeypatch):
     shutil.move(tmp_path / "frames", tmp_path / "moved")
     open_path(window, qtbot, results)
-    missing = window.project.missing
-    qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
-    assert [lost.wanted.path for lost in missing.lost] == [str(tmp_path / "frames" / "far" / "rgb.png")]
+    qtbot.waitUntil(lambda: not window.loader.busy)
     assert not window.workspace.has_current
-    missing.look(tmp_path / "moved")
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "moved"))
+    assert str(tmp_path / "frames" / "far" / "rgb.png") in answer(window, "Locate f&older…")
     qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")
@@ -130,16 +130,14 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     loaded(window, qtbot, window.actions_["next_frame"].trigger)
     assert window.workspace.current.name == "near"
     assert window.workspace.current.completion() is not None
-    assert missing.dialog is None
 
 
 def test_a_frame_that_has_changed_is_not_taken_for_the_one_that_was_completed(window, qtbot, results, tmp_path):
     depth = tmp_path / "frames" / "far" / "depth.png"
     shutil.copy(tmp_path / "frames" / "near" / "depth.png", depth)
     open_path(window, qtbot, results / "far")
-    missing = window.project.missing
-    qtbot.waitUntil(lambda: missing.dialog is not None and not missing.busy)
-    assert [lost.changed for lost in missing.lost] == [depth]
+    qtbot.waitUntil(lambda: not window.loader.busy)
+    assert f"{depth} has changed" in answer(window, "Cancel")
     assert not window.workspace.has_current
 
 

@@ -65,12 +65,3 @@ def test_results_of_the_sample_are_not_proposed_among_the_programs_own_files(win
     dialog = window.feature(ExportFeature)
     assert dialog.folder_path.text() == str(tmp_path / "room-ilf")
     dialog.widget.close()
-
-
-def test_the_record_of_a_run_is_opened_again_as_such(window, monkeypatch, tmp_path):
-    told = []
-    monkeypatch.setattr(window.documents, "open_run", told.append)
-    records = [tmp_path / "run.json", tmp_path / "RUN.JSON"]
-    for record in records:
-        window.documents.open_again(record)
-    assert told == records

@@ -48,7 +48,7 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     assert f"{address}/rgb/0000.png" in box.text()
     assert box.defaultButton() is box.button(QMessageBox.StandardButton.Cancel)
     box.defaultButton().click()
-    qtbot.waitUntil(lambda: not window.loader.busy and not window.project.missing.busy)
+    qtbot.waitUntil(lambda: not window.loader.busy)
     assert not asked
     assert not window.workspace.has_current
     window.loader.open_entry(window.workspace.entries[0])

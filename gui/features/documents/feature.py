@@ -13,7 +13,6 @@ from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS, write_blocks
-from ilf.project.missing_files import folder_projects_dir
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
@@ -56,8 +55,8 @@ class DocumentsFeature(Feature):
         context.actions.adopt("recent_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)
-        self._project.opening.opened.connect(lambda opened: self._note_project(opened.path))
-        self._project.saving.saved.connect(lambda path, _: self._note_project(path))
+        self._project.opening.opened.connect(lambda opened: self.recent.note(opened.path))
+        self._project.saving.saved.connect(lambda path, _: self.recent.note(path))
 
     def begin(self) -> None:
         """Tell about what was opened and about runs, after the features that react to them."""
@@ -192,19 +191,14 @@ class DocumentsFeature(Feature):
         for key, document in open_now.items():
             entry = self._workspace.entries.of(document.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
-            if key not in self._noted and not brought and isinstance(document.origin, FrameRef | Path):
+            if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
-
-    def _note_project(self, path: Path) -> None:
-        """List a project, unless it is in the data folder: there, the folder of its frames opens it."""
-        if not path.is_relative_to(folder_projects_dir()):
-            self.recent.note(path)
 
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""
         if isinstance(origin, Path):
-            (self.open_run if origin.suffix.lower() == ".json" else self._project.opening.open)(origin)
+            self._project.opening.open(origin)
         else:
             self.open_source(origin)
 

@@ -23,7 +23,7 @@ from ilf.io.frame_additions import guide_suffixes
 from ilf.io.images import read_colour
 from ilf.project.file import open_project
 from ilf.project.recorded_frames import measured_frame
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.sources.frame_folder import frame_folder, is_frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames

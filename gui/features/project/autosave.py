@@ -6,8 +6,8 @@ from __future__ import annotations
 import contextlib
 import html
 import socket
-from collections.abc import Generator, Sequence
-from datetime import UTC, datetime
+from collections.abc import Sequence
+from functools import partial
 from typing import cast
 
 from PySide6.QtCore import Qt
@@ -18,9 +18,10 @@ from ilf.project.recovery import RecoverableWork, autosave_folder, find_recovera
 
 from ...widgets.basics import Message, literal_text, row_list, stack
 from ...widgets.notices import DESTROY, ask, error_details, error_text
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
-from .restoring import Restoring, has_no_project, name_of
+from .feature import ProjectFeature
+from .restoring import name_of, restore
 
 # The dialog that offers unsaved work of a window that closed unexpectedly.
 
@@ -29,7 +30,6 @@ _ABOUT = (
     "ILF Studio or the computer closed unexpectedly. This work is not in a project file yet. It is kept until you "
     "discard it."
 )
-_ADDED = "This window has a project: restored frames are added to it."
 
 
 class RecoveryDialog(QDialog):
@@ -45,12 +45,10 @@ class RecoveryDialog(QDialog):
         self.setWindowTitle("Restore Unsaved Work")
         about = Message(lines=2)
         about.show_message(_ABOUT, "text")
-        self.added = Message()
-        self.added.show_message(_ADDED)
         self.works = row_list("Unsaved work", "Select work to restore or discard", ["Work", "Last change"], stretched=0)
         self.details = Message(lines=4)
         self.restore_button, self.discard_button = QPushButton("&Restore"), QPushButton("&Discard…")
-        self.restore_button.setToolTip("Open the selected work in its last state; save it as a project afterwards")
+        self.restore_button.setToolTip("Open the selected work in its last state, as the project of this window")
         self.restore_button.clicked.connect(self._restore)
         self.discard_button.setToolTip("Delete the selected work permanently")
         self.discard_button.clicked.connect(self._ask_discard)
@@ -60,13 +58,13 @@ class RecoveryDialog(QDialog):
         later = buttons.addButton("Decide &later", QDialogButtonBox.ButtonRole.RejectRole)
         later.setToolTip("Close this dialog, and offer the remaining work again at the next start")
         buttons.rejected.connect(self.reject)
-        stack(self, about, self.added, self.works, self.details, buttons, stretched=self.works)
+        stack(self, about, self.works, self.details, buttons, stretched=self.works)
         later.setDefault(True)
-        self.added.setVisible(not has_no_project(context))
         self.setMinimumWidth(600)
         self.works.currentItemChanged.connect(lambda *_: self._describe())
         for left in works:
-            item = QTreeWidgetItem([name_of(left), "" if left.header is None else _age(left.header.changed)])
+            when = "" if left.header is None else f"{left.header.changed.astimezone():%d %B %Y at %H:%M:%S}"
+            item = QTreeWidgetItem([name_of(left), when])
             item.setData(0, _WORK, left)
             item.setToolTip(0, literal_text(name_of(left)))
             self.works.addTopLevelItem(item)
@@ -93,15 +91,13 @@ class RecoveryDialog(QDialog):
         self.discard_button.setEnabled(self._restoring is None)
 
     def _restore(self) -> None:
+        """Restore the selected work as the project of the window, after asking about the present one."""
         item = self.works.currentItem()
-        self._restoring = left = self._work(item)
-        self._describe()
-        self.details.show_message("Restoring…")
+        left, opening = self._work(item), self._context.feature(ProjectFeature).opening
 
         def take() -> None:
             self._context.notes.show_message(f"{name_of(left)} restored: save it to keep it.")
             self._restoring = None
-            self.added.show()
             self._remove(item)
 
         def fail() -> None:
@@ -110,7 +106,13 @@ class RecoveryDialog(QDialog):
             if not self.isVisible():  # closed meanwhile
                 left.release()
 
-        Restoring(self._context, left).restore(take, fail)
+        def begin() -> None:
+            self._restoring = left
+            self._describe()
+            self.details.show_message("Restoring…")
+            opening.begin(lambda: restore(self._context, left, take, fail))
+
+        opening.leave(f"{name_of(left)} is restored", begin)
 
     def _ask_discard(self) -> None:
         item = self.works.currentItem()
@@ -146,19 +148,6 @@ def _details(left: RecoverableWork) -> list[str]:
     return [*lines, *left.read.problems]
 
 
-def _age(moment: datetime) -> str:
-    """Format a time as age and date."""
-    passed = (datetime.now(UTC) - moment).total_seconds()
-    units = (("day", 86400), ("hour", 3600), ("minute", 60))
-    ago = next((f"{counted(int(passed // span), unit)} ago" for unit, span in units if passed >= span), "just now")
-    return f"{ago}, {moment.astimezone():%d %B %Y at %H:%M:%S}"
-
-
-def _found_work() -> Generator[None, None, list[RecoverableWork]]:
-    yield None
-    return find_recoverable_work(autosave_folder())
-
-
 # The autosave of the window, with a label in the status bar while it fails.
 
 MEANING = "Your work is in memory only. The autosave is retried every few seconds. Save the project to be safe."
@@ -171,9 +160,7 @@ class AutosaveFeature(Feature):
         super().__init__(context)
         self.dialog: RecoveryDialog | None = None
         """The dialog that offered unsaved work; None if there was none."""
-        self._search = Worker(self)
-        self._search.finished.connect(self._offer)
-        self._search.failed.connect(lambda error: context.notes.report("Unsaved work", error))
+        self._search = LatestRequest(self, partial(context.notes.report, "Unsaved work"))
         self.label = Message()
         self.label.setWordWrap(False)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter)
@@ -187,7 +174,7 @@ class AutosaveFeature(Feature):
         """Start the autosave and the recovery, in a window that stores settings."""
         if self.context.panels.persistent:
             self.context.recorder.start()
-            self._search.start(_found_work)
+            self._search.ask(lambda: find_recoverable_work(autosave_folder()), self._offer)
 
     def shutdown(self) -> None:
         """Stop permanently; the remaining work has been saved or is discarded, undecided work is kept."""

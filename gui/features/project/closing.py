@@ -19,7 +19,6 @@ from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...work.runs import RunController
 
 _ID = Qt.ItemDataRole.UserRole
-_MAX_ROWS_SHOWN = 8
 
 
 class CloseDialog(QDialog):
@@ -153,10 +152,6 @@ class CloseDialog(QDialog):
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsUserCheckable)
             item.setToolTip(0, literal_text(name))
             self.frames.addTopLevelItem(item)
-        rows = min(len(self._rows), _MAX_ROWS_SHOWN)
-        self.frames.setFixedHeight(
-            self.frames.header().sizeHint().height() + (rows + 1) * (self.fontMetrics().height() + 10)
-        )
         self.frames.itemChanged.connect(lambda *_: self._follow_ticks())
 
     def _follow_ticks(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,26 +14,24 @@ from PySide6.QtWidgets import QMessageBox
 from ilf._runtime.formatting import counted
 from ilf.project.file import OpenedProject
 from ilf.project.sources import Places
-from ilf.project.state_codec import UnreadableFrame, frame_part
+from ilf.project.state_codec import frame_part
 from ilf.run.options import as_file_name
 from ilf.sources.named_places import note_opened
 
 from ...base.commands import command, take_typed
 from ...base.needs import Need
 from ...base.paths import PROJECT_SUFFIX
-from ...project.current_project import source_of
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
-from ...widgets.notices import ACCEPT, DESTROY, ask, error_text
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
 
 if TYPE_CHECKING:
     from .closing import CloseDialog
-    from .missing import Missing
 
 _PROGRAM = "ILF Studio"
 _FOLDER_KEY = "project/folder"
@@ -64,13 +62,6 @@ class ProjectFeature(Feature):
         self.saving.saved.connect(self._note_saved)
         also = workspace.project_touched, workspace.undo_group.cleanChanged, self.saving.changed
         context.refresh.add("title", self._show_title, Part.FRAME | Part.LIST | Part.CONTENT, also=also)
-
-    @cached_property
-    def missing(self) -> Missing:
-        """Checks the files of frames; made on use."""
-        from .missing import Missing
-
-        return Missing(self.context)
 
     def begin(self) -> None:
         """Name the commands as they are offered after saving."""
@@ -195,7 +186,6 @@ class ProjectFeature(Feature):
         return ", ".join(filter(None, texts))
 
     def _begin(self, then: Callable[[], None] = lambda: None) -> None:
-        self.missing.forget()
         self.opening.begin(then)
 
     # what is opened later
@@ -252,7 +242,7 @@ class ProjectFeature(Feature):
         if why:
             context.notes.show_message(why)
         name = self.present.name or ("project" if first is None else first.name)
-        proposed = self.opening.proposed() or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
+        proposed = self.present.path or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
         path = ask_path(context.window, "Save project as", str(proposed), _FILES)
         if not path:
             then(False)
@@ -290,7 +280,6 @@ class ProjectFeature(Feature):
 
     def _note_opened(self, opened: OpenedProject) -> None:
         note_opened(opened.path)
-        self.missing.check(opened)
         count = len(opened.project.frames)
         self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
         self.context.notes.warn(
@@ -298,14 +287,9 @@ class ProjectFeature(Feature):
         )
 
     def _note_failure(self, entry: Entry, error: Exception) -> None:
-        """Ask for missing files, or offer to open the files of a frame whose work cannot be read."""
-        self.missing.note_failure(entry, error)
-        source = source_of(entry)
-        if isinstance(error, UnreadableFrame) and source is not None:
-            again = partial(self.context.loader.open_new, source, f"{entry.name} (anew)")
-            text = f"{entry.name} cannot be opened. {error_text(error)}"
-            more = "Open its files as a new frame, without the work? The work stays in the project as it is."
-            ask(self.context.window, f"Open {entry.name} anew?", text, more, (("&Open anew", ACCEPT, again),))
+        from .missing import ask_how_to_open  # made on use
+
+        ask_how_to_open(self.context, entry, error)
 
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         note_opened(path)

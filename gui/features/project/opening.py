@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -9,11 +10,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QSettings, Signal
 
 from ilf.project.file import OpenedProject, open_project
-from ilf.project.missing_files import folder_project_path, folder_projects_dir
-from ilf.project.project import Project, ProjectFrame
+from ilf.project.project import Project
 from ilf.project.sources import Places
 from ilf.sources.frame_ref import FrameRef
 
+from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import apply_settings
 from ...state.entries import Entry
 from ..context import Context
@@ -44,7 +45,7 @@ class Opening(QObject):
         super().__init__(context.window)
         self._context = context
         self._present = context.recorder.present
-        self._leave = leave
+        self.leave = leave
         self._folder: Path | None = None
         """The folder whose project the current one is."""
         context.loader.listed.connect(self._begin_of_folder)
@@ -55,7 +56,7 @@ class Opening(QObject):
         """Make a project the current one, then call `done`; call `fail` if it cannot be read."""
 
         def ask(opened: OpenedProject) -> None:
-            self._leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
+            self.leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
 
         self._context.loader.read(f"Opening {path.name}", lambda: open_project(path), ask, fail)
 
@@ -65,8 +66,7 @@ class Opening(QObject):
         if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
             context.loader.open_folder(how)
             return
-        saved = Path(str(QSettings().value(_key(folder), "")))
-        home = saved if saved.is_file() else folder_project_path(folder)
+        home = Path(str(QSettings().value(_key(folder), "")))
         if not home.is_file():
             self._folder = folder
             context.loader.open_folder(how)
@@ -96,11 +96,6 @@ class Opening(QObject):
         self._folder = None
         self._present.take(None)
         self._context.recorder.note_project()
-
-    def proposed(self) -> Path | None:
-        """Return the project's file, or None if it is in the data folder, where the user did not put it."""
-        path = self._present.path
-        return None if path is None or path.is_relative_to(folder_projects_dir()) else path
 
     def is_foreign(self, place: Path) -> bool:
         """Whether a file or folder is not of the folder whose project the current one is."""
@@ -137,14 +132,19 @@ class Opening(QObject):
         present = self._present
         self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
         apply_settings(self._context.workspace, project)
-        self._context.workspace.add_entries([entry_of(frame, frame.id in unsaved) for frame in project.frames])
+        entries = []
+        for frame in project.frames:
+            key = frame.id if frame.source is None else frame.source.key
+            entries.append(Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state))
+            entries[-1].set_summary(frame.summary)
+            entries[-1].set_unsaved(frame.id in unsaved)
+        self._context.workspace.add_entries(entries)
         if opened is None:
             present.take(None)
         else:
-            present.take(opened.path, opened.project, _why_not_written(opened.path) or read_only)
+            present.take(opened.path, opened.project, read_only)
         restore_views(self._context.views, project.view)
-        entries = self._context.workspace.entries
-        first = entries.of(project.present) or next(iter(entries), None)
+        first = self._context.workspace.entries.of(project.present) or next(iter(entries), None)
         if first is not None:
             self._context.loader.open_entry(first)
         self._context.recorder.note_project()
@@ -169,45 +169,23 @@ class Opening(QObject):
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
-        if self._present.path is None:
-            self._present.take(_new_home(self._folder))
-            beside = _beside(self._folder)
-            if beside.is_file():
-                text = f"{beside} is a project of this folder: open it to continue the work in it."
-                self._context.notes.show_message(text)
-        else:
+        if self._present.path is not None:
             self._present.mark_saved("frames")
-
-
-def entry_of(frame: ProjectFrame, unsaved: bool = False) -> Entry:
-    """Return the entry of a project's frame; `unsaved` marks work that the file does not contain."""
-    key = frame.id if frame.source is None else frame.source.key
-    entry = Entry(frame.id, key, frame.name, frame.source, has_state=frame.has_state)
-    entry.set_summary(frame.summary)
-    entry.set_unsaved(unsaved)
-    return entry
-
-
-def _why_not_written(path: Path) -> str:
-    """Return why a project file cannot be replaced; "" if it can."""
-    if not os.access(path, os.W_OK):
-        return f"{path.name} is write-protected: Save will ask for another file."
-    if not os.access(path.parent, os.W_OK):
-        return f"{path.parent} cannot be written: Save will ask for another file."
-    return ""
+            return
+        beside = _beside(self._folder)
+        if beside.exists():
+            text = f"{beside} may be a project of this folder: open it to continue the work in it."
+            self._context.notes.show_message(text)
+        elif all(os.access(place, os.W_OK) for place in (self._folder, self._folder.parent)):
+            self._present.take(beside)
 
 
 def _beside(folder: Path) -> Path:
-    return folder.parent / folder_project_path(folder).name
-
-
-def _new_home(folder: Path) -> Path:
-    """Return where a new project of a folder is saved: beside it if both may be written, or in the user's data folder,
-    or in the one that the user has chosen for all."""
-    beside, chosen = _beside(folder), os.environ.get("ILF_FOLDERS")
-    writable = all(os.access(place, os.W_OK) for place in (folder, folder.parent))
-    return folder_project_path(folder) if chosen or beside.exists() or not writable else beside
+    """Return where a new project of a folder is saved."""
+    place = os.path.realpath(folder)
+    return folder.parent / f"{os.path.basename(place) or 'frames'}{PROJECT_SUFFIX}"
 
 
 def _key(folder: Path) -> str:
-    return f"folders/{folder_project_path(folder).parent.name}"
+    """Return the setting with the project of a folder."""
+    return f"folders/{hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()[:16]}"

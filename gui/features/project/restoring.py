@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import uuid
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from ilf._runtime.formatting import counted
@@ -18,55 +16,24 @@ from ilf.sources.named_places import may_look_at, named_in
 
 from ..context import Context
 from .feature import ProjectFeature
-from .opening import entry_of
+
+_Read = tuple[OpenedProject | None, tuple[str, ...], dict[str, str]]
+"""The opened project file, problems, and for each frame that cannot be read why."""
 
 
-class Restoring:
-    """Restores unsaved work in a window: as its project if it has none, else by adding the frames to its list."""
+def restore(context: Context, left: RecoverableWork, then: Callable[[], None], fail: Callable[[], None]) -> None:
+    """Make unsaved work the project of a window without frames; call `then` on success, `fail` otherwise. Its folder is
+    deleted only after this window has stored the work."""
 
-    def __init__(self, context: Context, left: RecoverableWork) -> None:
-        self._context, self._left, self._alone = context, left, has_no_project(context)
-        is_of_this = bool(left.project) and left.project == context.recorder.present.file
-        self._frames = left.frames if is_of_this else left.read.project.frames
-        entries = context.workspace.entries
-        self._ids = {one.id: one.id if entries.of(one.id) is None else uuid.uuid4().hex for one in self._frames}
-        """Id of a frame in the unsaved work -> its id in this window."""
-
-    def restore(self, then: Callable[[], None], fail: Callable[[], None]) -> None:
-        """Restore the work; call `then` on success, `fail` otherwise. The folder is deleted only after this window has
-        stored the work."""
-        take = partial(self._take, then=then)
-        self._context.loader.read(f"Restore {name_of(self._left)}", self._read_work, take, fail)
-
-    def _read_work(self) -> tuple[OpenedProject | None, tuple[str, ...], dict[str, str]]:
-        """Read the work and store it in this window; called in a worker thread.
-
-        Returns the opened project file, problems, and for each frame that cannot be read, by its id in this window,
-        why.
-        """
-        left = self._left
-        opened, problems = _project_of(left)
-        stores: list[Parts] = [left.parts]
-        wanted = {former: frame_id for former, frame_id in self._ids.items() if former in left.stored}
-        if opened is not None:
-            stores.append(opened.parts)
-        if opened is not None and not self._alone:
-            wanted |= {frame.id: self._ids[frame.id] for frame in self._frames if frame.has_state}
-        copied = copy_frames(stores, wanted)
-        self._context.recorder.store.adopt(copied)
-        if opened is not None and not self._alone:
-            opened.close()
-        return opened, (*left.read.problems, *problems), copied.problems
-
-    def _take(
-        self, read: tuple[OpenedProject | None, tuple[str, ...], dict[str, str]], then: Callable[[], None]
-    ) -> None:
-        context, left = self._context, self._left
+    def take(read: _Read) -> None:
         opened, problems, left_aside = read
-        if self._alone:
-            self._take_project(opened, left_aside)
-        else:
-            self._add_frames(left_aside)
+        newer = "" if opened is None else _why_newer(opened.path, left)
+        # located files take precedence over the paths in the project file
+        places = left.read.places if opened is None else replace(opened.places, given=left.read.places.given)
+        # a file that is unreadable or newer may contain none of the work
+        unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
+        context.feature(ProjectFeature).opening.take(left.read.project, places, opened, unsaved, newer)
+        context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
         told = [*problems]
         for frame_id, problem in left_aside.items():
             entry = context.workspace.entries.of(frame_id)
@@ -86,37 +53,16 @@ class Restoring:
         context.recorder.flush(drop)
         then()
 
-    def _take_project(self, opened: OpenedProject | None, left_aside: Collection[str]) -> None:
-        """Make the work the project of this window."""
-        left, newer = self._left, "" if opened is None else _why_newer(opened.path, self._left)
-        # located files take precedence over the paths in the project file
-        places = left.read.places if opened is None else replace(opened.places, given=left.read.places.given)
-        # a file that is unreadable or newer may contain none of the work
-        unsaved = (left.stored if opened is None or newer else left.changed) - set(left_aside)
-        opening = self._context.feature(ProjectFeature).opening
-        opening.take(left.read.project, places, opened, unsaved, newer)
-        self._context.notes.warn(f"Restored {name_of(left)}", [newer] * bool(newer))
-
-    def _add_frames(self, left_aside: Collection[str]) -> None:
-        """Add the frames to the list of this window."""
-        context, read, ids = self._context, self._left.read, self._ids
-        store = context.recorder.store
-        given = {**read.places.given, **store.places.given}
-        store.places = replace(store.places, given=given, stated_in=store.places.stated_in or "")
-        new = []
-        for frame in self._frames:
-            id = ids[frame.id]
-            here = frame if id == frame.id else replace(frame, id=id, name=f"{frame.name} (restored)")
-            new.append(entry_of(here, id not in left_aside))
-        context.workspace.add_entries(new)
-        if new:
-            present = ids.get(read.project.present)
-            context.loader.open_entry(next((entry for entry in new if entry.id == present), new[0]))
+    context.loader.read(f"Restore {name_of(left)}", lambda: _read_work(context, left), take, fail)
 
 
-def has_no_project(context: Context) -> bool:
-    """Return whether a window has no project that restored work would be added to."""
-    return not len(context.workspace.entries) and context.recorder.store.project is None
+def _read_work(context: Context, left: RecoverableWork) -> _Read:
+    """Read the work and store it in the window; called in a worker thread."""
+    opened, problems = _project_of(left)
+    stores: list[Parts] = [left.parts, *([] if opened is None else [opened.parts])]
+    copied = copy_frames(stores, left.stored)
+    context.recorder.store.adopt(copied)
+    return opened, (*left.read.problems, *problems), copied.problems
 
 
 def name_of(left: RecoverableWork) -> str:

@@ -2,44 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ilf._runtime.writing import ensure_folder, restrict_to_owner
+from ilf._runtime.writing import ensure_folder
 from ilf.errors import InputError
 from ilf.project.archive import Archive, Parts
 from ilf.project.file import OpenedProject, open_project, save_project
-from ilf.project.missing_files import folder_projects_dir
 from ilf.project.project import Project
 
 from ...project.current_project import has_content
-from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
-from ...work.jobs import Worker
+from ...work.latest_request import LatestRequest
 from ..context import Context
 from .view_state import views_state
 
 _PROGRESS_INTERVAL_MS = 100
-
-
-@dataclass(frozen=True, eq=False)
-class _Snapshot:
-    """What is being saved."""
-
-    path: Path
-    embed: bool | None
-    only: frozenset[str] | None
-    then: Callable[[bool], None]
-    project: Project
-    stamps: Mapping[Document, tuple[int, int, int]]
-    unload: Mapping[Entry, int]
-    """Frames that are not open, but saved, too -> number of their changes at that time."""
-    archive: Parts | None
-    """The project file at that time."""
 
 
 class Saving(QObject):
@@ -61,19 +43,13 @@ class Saving(QObject):
         self._context = context
         self._present = context.recorder.present
         self._afterwards: list[Callable[[], None]] = []
-        self._snapshot: _Snapshot | None = None
+        self._writer = LatestRequest(self, must_finish=True)
+        self.busy = False
+        """Whether the project is being saved."""
         self.share = 0.0
         """Written share of the file, 0-1."""
-        self._worker = Worker(self, must_finish=True)
         self._pace = QTimer(self, interval=_PROGRESS_INTERVAL_MS)
         self._pace.timeout.connect(self.changed)
-        self._worker.finished.connect(self._finish)
-        self._worker.failed.connect(self._fail)
-
-    @property
-    def busy(self) -> bool:
-        """Whether the project is being saved."""
-        return self._snapshot is not None
 
     def save(
         self,
@@ -112,59 +88,54 @@ class Saving(QObject):
         for document in stamps:
             if has_content(document):
                 recorder.keep(document)
+        closed = {entry: entry.changes for entry in wanted if entry.document is None}
         project = self._present.snapshot(views_state(self._context.views), only)
-        unload = {entry: entry.changes for entry in wanted if entry.document is None}
-        taken = _Snapshot(path, embed, only, then, project, stamps, unload, recorder.store.project)
-        self._snapshot, self.share = taken, 0.0
+        archive = recorder.store.project
+        self.busy, self.share = True, 0.0
         self._pace.start()
         self.changed.emit()
-        recorder.flush(lambda error: self._write(taken, error))
 
-    def _write(self, taken: _Snapshot, error: Exception | None) -> None:
-        """Write the file once everything is stored, or report the error."""
+        def write(error: Exception | None) -> None:
+            if error is None and recorder.store.project is not archive:
+                error = InputError("Another project was opened meanwhile. Save again.")
+            if error is None:
+                left_out = [] if only is None else [frame.id for frame in project.frames if frame.id not in only]
+                find = partial(self._write_file, path, project, archive, left_out, embed)
+                self._writer.ask(find, take, fail)
+            else:
+                fail(error)
+
+        def take(written: tuple[OpenedProject, tuple[str, ...]]) -> None:
+            opened, problems = written
+            self._take(opened, stamps, closed)
+            self._end(lambda: self.saved.emit(opened.path, problems), then, True)
+
+        def fail(error: Exception) -> None:
+            self._end(lambda: self._context.notes.report("The project is not saved", error), then, False)
+
+        recorder.flush(write)
+
+    def _write_file(
+        self, path: Path, project: Project, archive: Parts | None, left_out: Sequence[str], embed: bool | None
+    ) -> tuple[OpenedProject, tuple[str, ...]]:
+        """Write the file, and open it; called in a worker thread. Returns also what was not saved as requested."""
         store = self._context.recorder.store
-        if error is None and store.project is not taken.archive:
-            error = InputError("Another project was opened meanwhile. Save again.")
-        if error is not None:
-            self._fail(error)
-            return
-
-        def job() -> Generator[None, None, tuple[OpenedProject, tuple[str, ...]]]:
-            yield None
-            problems = self._write_file(taken, store)
-            return open_project(taken.path), problems
-
-        self._worker.start(job)
-
-    def _write_file(self, taken: _Snapshot, store: WorkStore) -> tuple[str, ...]:
-        """Write the file; called in a worker thread. Returns what was not saved as requested."""
-        path, project = taken.path, taken.project
         ensure_folder(path.parent)
-        if path.is_relative_to(folder_projects_dir()):  # a folder that the user has not chosen
-            restrict_to_owner(folder_projects_dir())
-        archive = taken.archive
         with store.held():
-            only = {frame.id for frame in project.frames} if taken.only is None else taken.only
-            left_out = [frame.id for frame in project.frames if frame.id not in only]
             states, (newer, *written) = store.unsaved(left_out)
             base = [newer, *([] if archive is None else [archive]), *written]
-            return save_project(
-                path,
-                project,
-                states,
-                base=base,
-                places=store.places,
-                embed=taken.embed,
-                on_part=self._note_share,
+            problems = save_project(
+                path, project, states, base=base, places=store.places, embed=embed, on_part=self._note_share
             )
+        return open_project(path), problems
 
     def _note_share(self, done: int, total: int) -> None:
         self.share = done / max(total, 1)
 
-    def _finish(self, outcome: tuple[OpenedProject, tuple[str, ...]]) -> None:
-        (opened, problems), taken = outcome, self._snapshot
-        self._snapshot = None
-        assert taken is not None
+    def _take(
+        self, opened: OpenedProject, stamps: Mapping[Document, tuple[int, int, int]], closed: Mapping[Entry, int]
+    ) -> None:
+        """Note what the file has: documents with these stamps, and frames that were closed with these changes."""
         workspace, store = self._context.workspace, self._context.recorder.store
         if isinstance(store.project, Archive) and store.project.path == opened.path:
             opened.close()  # the former one reads the same file
@@ -175,25 +146,20 @@ class Saving(QObject):
         for entry in workspace.entries:
             if entry.id in there:
                 entry.has_state = True
-            if entry.document is None and entry.changes == taken.unload.get(entry):
+            if entry.document is None and entry.changes == closed.get(entry):
                 entry.set_unsaved(False)
-        for document, stamp in taken.stamps.items():
+        for document, stamp in stamps.items():
             if document in workspace.open:
                 document.note_saved(stamp)
         self._present.take(opened.path, opened.project)
         self._context.recorder.note_project()
-        self._tell(lambda: self.saved.emit(opened.path, problems), taken, True)
 
-    def _fail(self, error: Exception) -> None:
-        taken, self._snapshot = self._snapshot, None
-        if taken is not None:
-            self._tell(lambda: self._context.notes.report("The project is not saved", error), taken, False)
-
-    def _tell(self, tell: Callable[[], None], taken: _Snapshot, done: bool) -> None:
+    def _end(self, tell: Callable[[], None], then: Callable[[bool], None], done: bool) -> None:
         """Tell of the end of a request, after which nothing is being saved, and go on to what waits for it."""
+        self.busy = False
         self._pace.stop()
         self.changed.emit()
         tell()
-        taken.then(done)
+        then(done)
         while self._afterwards and not self.busy:
             self._afterwards.pop(0)()

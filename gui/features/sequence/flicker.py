@@ -12,7 +12,6 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
 from ilf.io.depth import depth_in_metres, read_depth_values
-from ilf.project.facts import present_completion
 from ilf.project.recorded_frames import recorded_run
 from ilf.run.options import DEPTH_FILES
 from ilf.sources.frame_ref import FrameRef
@@ -101,7 +100,7 @@ def _read(entry: Entry, store: WorkStore) -> tuple[RGBDFrame, Depth | None]:
     """Read a frame that is not open, and its completed depth."""
     if entry.has_state and store.has(entry.id):
         state = store.state(entry.id).state
-        return state.frame, present_completion(state).depth if state.results else None
+        return state.frame, state.present_completion().depth if state.results else None
     source = entry.source or FrameRef(entry.key)
     again = recorded_run(source, store.places)
     if again is None:

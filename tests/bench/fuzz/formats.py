@@ -10,7 +10,7 @@ from ilf.data.presets import read_preset
 from ilf.io.frame_additions import read_ground_truth
 from ilf.io.images import read_colour
 from ilf.io.labels import read_labels, read_mask
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 
 from . import program_seeds, readers, recording_seeds, seeds
 from .mutations import Mutation, of_bytes, of_json, of_png, of_sql, of_text, of_zip

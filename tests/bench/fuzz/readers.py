@@ -28,7 +28,7 @@ from ilf.project.file import save_project
 from ilf.project.recovery import copy_frames, find_recoverable_work
 from ilf.project.state_codec import load_state
 from ilf.run.data_sets import write_data_set
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.segmentation.edges.importing import add_model
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames

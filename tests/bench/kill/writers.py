@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 
 from ilf.project.file import open_project
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.run.replaying import file_problems
 
 from ..writers import WRITERS, Writer, contents, contents_after_cleanup

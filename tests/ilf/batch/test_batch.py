@@ -30,7 +30,7 @@ from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import Deadly, contents, write_frames

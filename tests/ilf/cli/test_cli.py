@@ -21,7 +21,7 @@ from ilf.cli.commands import COMMANDS, build_parser
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.io.labels import read_labels, write_mask
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 
 from ..small_frames import CAMERA, write_small_frame
 

@@ -14,7 +14,7 @@ from ilf.data.points import in_world
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 from ilf.run.data_sets import depth_weight, write_data_set
 from ilf.run.options import ExportOptions
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.run.writing import write
 from ilf.sources.opening import close_all
 from ilf.sources.trajectories import motion_between

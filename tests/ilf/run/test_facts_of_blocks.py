@@ -7,7 +7,6 @@ import numpy as np
 import ilf
 from ilf.evaluation.sweep import Sweep, run_sweep
 from ilf.project.exporting import run_and_completion
-from ilf.project.facts import present_run
 from ilf.project.frame_state import FrameState
 
 from ..small_frames import QUICK
@@ -37,7 +36,7 @@ def test_what_is_said_about_blocks_goes_wherever_they_go(tmp_path):
         "hold-out": ilf.evaluate_hold_out(completion, test).run,
         "sweep": sweep.best.run,
         "frame": state.run(),
-        "present results": present_run(state),
+        "present results": state.present_run(),
         "export": run_and_completion(state)[0],
     }
     said = {name: getattr(one.blocks, "glass", None) for name, one in runs.items()}

@@ -13,7 +13,7 @@ from ilf.cli import main
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
 from ilf.io.labels import read_mask
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 
 from ..batch_frames import work_in_this_process
 from ..small_sequences import CAMERA, CAMERA_TEXT, SHAPE, pose_of, sequence, write_sequence

@@ -13,8 +13,7 @@ from ilf.evaluation.hold_out import frame_without
 from ilf.project.frame_state import FrameState
 from ilf.project.state_codec import Known, encode, load_state
 from ilf.run.options import ExportOptions
-from ilf.run.record import make_record, to_json
-from ilf.run.record_file import read_record
+from ilf.run.record import make_record, read_record, to_json
 
 from ..project.test_codec import Held
 

@@ -15,8 +15,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.errors import FormatError
-from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, to_json
-from ilf.run.record_file import read_record
+from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, read_record, to_json
 from ilf.run.versions import library_versions
 
 from ..small_frames import QUICK

@@ -14,8 +14,7 @@ from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values
 from ilf.io.labels import write_mask
 from ilf.run.options import ExportOptions
-from ilf.run.record import array_sha256
-from ilf.run.record_file import read_record
+from ilf.run.record import array_sha256, read_record
 from ilf.run.replaying import Replay, file_problems
 from ilf.run.writing import write
 from ilf.segmentation.extraction import found_blocks

@@ -11,7 +11,7 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import InputError, ParameterError
-from ilf.run.record_file import read_record
+from ilf.run.record import read_record
 from ilf.sources.registration import RawPair, aligned, register, smoothly_filled
 
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair

@@ -87,7 +87,6 @@ _FOLDERS = {
     "ILF_MODELS": "models",
     "ILF_PRESETS": "presets",
     "ILF_AUTOSAVE": "autosave",
-    "ILF_FOLDERS": "folders",
     "ILF_CACHE": "cache",
     "ILF_LOG": "faults.log",
 }
@@ -644,7 +643,6 @@ DIALOGS = {
     "GuideNetworksDialog": "Guide by network",
     "HoldOutDialog": "Hold-out Test of room",
     "LoadBlocksDialog": "Load Blocks for room",
-    "MissingFilesDialog": "Missing Files of",
     "OpenDialog": "Open",
     "ProblemBox": "Open",
     "PropagateDialog": "Propagate Blocks of",
