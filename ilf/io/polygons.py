@@ -132,7 +132,7 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
     for part, box in enumerate(find_objects(parts), 1):
         mask = parts[box] == part
         label = labels[box][0, mask[0].argmax()]
-        found[int(label)].append(_outline(mask) + (box[1].start, box[0].start))
+        found[int(label)].append(_outline(mask) + np.array([box[1].start, box[0].start]))
     return found
 
 
