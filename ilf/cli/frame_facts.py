@@ -14,7 +14,7 @@ from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
 from ..io import frame_additions as additions
 from ..io.cameras import frame_camera
-from ..io.depth_reading import DepthReading
+from ..io.depth_doubts import DepthReading
 from ..io.images import read_colour_with_warning
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles

@@ -18,7 +18,7 @@ from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
 from ..io.cameras import IntrinsicsSpec
-from ..io.depth_reading import DepthReading
+from ..io.depth_doubts import DepthReading
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
