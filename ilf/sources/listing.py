@@ -13,7 +13,7 @@ from .._runtime.formatting import counted, natural
 from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
 from ..io.cameras import CAMERA_FILE
-from ..io.kinds import kind_at
+from ..io.kinds import UNPACK, kind_at
 from .copies import address_of, names_at, restored
 from .data_sets import bop_frames, has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
@@ -218,9 +218,10 @@ def _check_folder(folder: Path) -> None:
         os.scandir(folder).close()
     except NotADirectoryError:
         open_file(folder).close()  # a pipe or a device is named as such
-        kind = kind_at(folder) or ("a file",)
-        told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
-        raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None
+        kind, remedy = kind_at(folder) or ("a file", "")
+        remedy = remedy if remedy == UNPACK else "Give such one, or the folder that contains the frames."
+        told = f"{folder} is {kind}, but not a recording that is read ({', '.join(recording_suffixes())}). {remedy}"
+        raise InputError(source_plugins().with_notes(told)) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
