@@ -1,5 +1,5 @@
-"""Depth as read from a file, and doubts about it: it may have another encoding or unit, mark missing depth by a value, or
-be no depth."""
+"""Depth as read from a file, and doubts about it: that its encoding or unit is another one, that a value marks missing
+depth, or that it is no depth."""
 
 from __future__ import annotations
 
