@@ -28,6 +28,7 @@ from .own_results import is_result
 from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
+from .times import left_out
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""
@@ -183,8 +184,8 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if refs := [ref for ref in frames.values() if ref is not None]:
         empty = [name for name, ref in frames.items() if ref is None]
         why = f"there is no matching colour and depth file, or more than one ({_first_names(empty)})"
-        left_out = [f"{counted(len(empty), 'folder')} left out: {why}."] if empty else []
-        return _of_measured(refs, left_out, "a folder for each frame")
+        empty_notes = [f"{counted(len(empty), 'folder')} left out: {why}."] if empty else []
+        return _of_measured(refs, empty_notes, "a folder for each frame")
     told = f"{root} contains no frames: {why_none}"
     if not why_none:
         told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
@@ -297,7 +298,7 @@ def _by_layout(
     if first is None:
         return None
     layout, listed, sources = first
-    notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
+    notes = [*([layout.note] if layout.note else []), *left_out(*listed.unmatched, "of that name")]
     if is_given and listed.not_found:
         notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
     if others := ", ".join(other.text for other, listed in tried if listed.frames):
@@ -313,5 +314,9 @@ def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout
         return found
     fits = next(fitting(folders, all_layouts(), scenes(folders)), None)
     hint = nearest_layout(folders) if fits is None else f"It fits the layout {fits.text}: leave --layout out."
-    told = "; ".join(f"{layout.text}: {LayoutFrames(layout, folders).counts}" for layout in layouts)
-    raise InputError(f"{root} contains no frames of the given layout. {told}. {hint}".rstrip())
+    told = []
+    for layout in layouts:
+        counts = zip((layout.rgb, layout.depth), LayoutFrames(layout, folders).counts, strict=True)
+        files = " and ".join(f"{pattern} matches {counted(count, 'file')}" for pattern, count in counts)
+        told.append(f"{layout.text}: {files}, of which none belong together")
+    raise InputError(f"{root} contains no frames of the given layout. {'; '.join(told)}. {hint}".rstrip())
