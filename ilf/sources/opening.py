@@ -13,6 +13,7 @@ from pathlib import Path
 from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
 from .._runtime.folders import folder_at
+from .._runtime.plugins import named_in_errors
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
 from .copies import forget_recording, has_copy, recording_copy, reported, spelled
@@ -104,7 +105,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
             if found.stat().st_size == 0:
                 raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         check_is_there(found)
-        with source_plugins().using(kind) if kind not in built_in_kinds() else nullcontext():
+        plugin = source_plugins().kinds.get(kind) if kind not in built_in_kinds() else None
+        with named_in_errors(plugin) if plugin else nullcontext():
             yield _kept((os.getpid(), str(found), kind.state(found)), lambda: _open_kind(kind, found))
 
 
