@@ -24,8 +24,8 @@ from ..io.images import read_colour
 from ..io.labels import read_mask
 from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
+from ..sources.frame_ref import is_shards
 from ..sources.opening import is_recording, opened
-from ..sources.own_results import is_shards
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files

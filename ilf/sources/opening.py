@@ -18,8 +18,8 @@ from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
 from .copies import forget_recording, has_copy, recording_copy, reported, spelled
 from .frame_folder import is_frame_folder
+from .frame_ref import is_shards
 from .naming import CALIBRATION_NAME
-from .own_results import is_shards
 from .plugins import source_plugins
 from .recording import Recording
 
