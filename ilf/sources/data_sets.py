@@ -1,4 +1,4 @@
-"""Frames of data sets whose files state how each is read: BOP, SUN RGB-D, and lists by time as of the TUM benchmark."""
+"""Frames of data sets whose files state how each is read: SUN RGB-D, and lists by time as of the TUM benchmark."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, told_as
-from ..io.cameras import CAMERA_FILE, read_cameras
 from .file_patterns import Folders
 from .frame_ref import FrameRef
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
@@ -22,27 +21,6 @@ from .times import TimedPairs
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_BOP_COLOUR_FOLDERS = "gray", "rgb"
-"""Of two images of one number, that of the last folder counts."""
-
-
-def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
-    """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
-    cameras = read_cameras(Path(root) / CAMERA_FILE)
-    folders = [Path(root) / name for name in _BOP_COLOUR_FOLDERS]
-    colours = {number: path for folder in folders for number, path in _numbered(folder, COLOUR_SUFFIXES)}
-    found = []
-    for number, path in _numbered(Path(root) / "depth", DEPTH_FILE_SUFFIXES):
-        if number in colours and number in cameras:
-            camera, scale = cameras[number]
-            options = given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera))
-            found.append(FrameRef(str(colours[number]), str(path), options=options))
-    return found
-
-
-def _numbered(folder: Path, suffixes: tuple[str, ...]) -> list[tuple[int, Path]]:
-    """Files that are named by numbers, with these."""
-    return [(int(path.stem), path) for path in _files(folder, suffixes) if path.stem.isdecimal()]
 
 
 def is_sun(files: Collection[str], folders: Collection[str]) -> bool:

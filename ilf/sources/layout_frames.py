@@ -149,7 +149,8 @@ class LayoutFrames:
         scale = camera.get("depth_scale") if isinstance(camera, Mapping) and depth.endswith(".png") else None
         if units is None and isinstance(scale, int | float) and scale > 0:
             # BOP states millimetres per unit, librealsense metres per unit, Open3D the reverse
-            units = 1000 / scale if _BOP_SCALE[0] <= scale <= _BOP_SCALE[1] else max(scale, 1 / scale)
+            is_of_bop = encoding == "bop" or _BOP_SCALE[0] <= scale <= _BOP_SCALE[1]
+            units, encoding = 1000 / scale if is_of_bop else max(scale, 1 / scale), None
         if layout.distance == "ray":
             ray_camera = depth_camera if camera is None or depth_camera is not None else camera
             units, encoding = None, _ray(ray_camera, units or 1.0)

@@ -12,10 +12,9 @@ from .._runtime.files import is_address, open_file
 from .._runtime.formatting import counted, natural
 from .._runtime.named_places import note_opened
 from ..errors import InputError, ParameterError, cause
-from ..io.cameras import CAMERA_FILE
 from ..io.kinds import UNPACK, kind_at
 from .copies import address_of, names_at, restored
-from .data_sets import bop_frames, has_time_lists, is_sun, sun_frame, timed_frames
+from .data_sets import has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
 from .frame_folder import is_frame_folder
 from .frame_ref import FrameRef, is_result
@@ -38,7 +37,7 @@ _DEPTH_FOLDERS = ("depth", "depths")
 SUPPORTED_FOLDER_LAYOUTS = (
     f"A folder of frames contains a folder for each frame, with {META_NAME} and images, or with rgb.png and depth.png; "
     "folders rgb and depth with files of the same names or numbers; files such as 0001_rgb.png and 0001_depth.png; "
-    "rgb.txt and depth.txt, which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth; or "
+    "rgb.txt and depth.txt, which list files by time; frames of SUN RGB-D or raw files of NYU Depth; or "
     "a layout of the table (`ilf info --layouts`), or one that you give (--layout)."
 )
 
@@ -74,7 +73,7 @@ def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STA
 
     A folder may contain a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or
     by time where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000
-    units per metre by default. Scenes of BOP, frames of SUN RGB-D, and folders that a layout of the table fits
+    units per metre by default. Frames of SUN RGB-D, and folders that a layout of the table fits
     (`ilf.sources.layouts`) are read with the options of these data sets. A frame folder is listed as a single frame.
     Recordings (see `ilf.open_source`) contain their frames, which are not decoded.
 
@@ -165,8 +164,6 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if has_time_lists(files):
         sources, times, notes = timed_frames(root, files, given, max_gap)
         return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
-    if CAMERA_FILE in files:
-        return _of_scenes(root, [root], given)
     if is_sun(files, inside) and len(folders.content("image")[0]) == 1:  # SUN3D has sequences of such names
         return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
@@ -175,8 +172,6 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if pairs:
         refs = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs]
         return _of_measured(refs, pair_notes, "colour and depth files in pairs")
-    if scenes_inside := [root / name for name in inside if os.path.isfile(root / name / CAMERA_FILE)]:
-        return _of_scenes(root, sorted(scenes_inside, key=lambda path: natural(path.name)), given)
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), scenes(folders))):
         return found
     frames = {name: _frame_in(folders, name, given) for name in sorted(inside, key=natural)}
@@ -226,14 +221,6 @@ def _check_folder(folder: Path) -> None:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{folder!s:.200}: cannot be read ({cause(error)}). Check its permissions.") from error
-
-
-def _of_scenes(root: Path, scenes: Iterable[Path], given: ReadingOptions) -> Listing:
-    """The frames of scenes of BOP."""
-    found = [source for scene in scenes for source in bop_frames(scene, given)]
-    if not found:
-        raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
-    return Listing(tuple(found), layout="scenes of BOP")
 
 
 def _side_by_side(folders: Folders, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:

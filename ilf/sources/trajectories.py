@@ -20,6 +20,7 @@ from ..data.camera import checked_transform, rigid_transform
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
+from ..io.cameras import CAMERA_FILE, read_cameras
 from ..io.depth import checked_units
 from .times import MAX_TIME_GAP_S
 
@@ -158,9 +159,10 @@ def read_trajectory(path: Path) -> Trajectory:
     Parameters
     ----------
     path : Path
-        A transforms.json of nerfstudio; pose_intrinsic_imu.json of ScanNet++; a camera of Polycam, with t_00 to t_23;
-        a .log of Open3D; a .conf of Matterport3D; or text with a row for each frame: 12 or 16 numbers of a matrix, or
-        time, position and quaternion x, y, z, w as in the TUM benchmark. # marks comments.
+        A transforms.json of nerfstudio; pose_intrinsic_imu.json of ScanNet++; scene_camera.json of BOP, for cameras
+        alone; a camera of Polycam, with t_00 to t_23; a .log of Open3D; a .conf of Matterport3D; or text with a row for
+        each frame: 12 or 16 numbers of a matrix, or time, position and quaternion x, y, z, w as in the TUM benchmark. #
+        marks comments.
 
     Raises
     ------
@@ -220,6 +222,10 @@ def _conf(content: FileContent) -> Trajectory:
 
 
 def _transforms(content: FileContent) -> Trajectory:
+    if content.path.name == CAMERA_FILE:
+        scene = read_cameras(content.path).items()
+        stated = {f"{number:06}": {"K": [*camera.numbers], "depth_scale": scale} for number, (camera, scale) in scene}
+        return Trajectory(cameras=stated)
     data = read_json(content)
     data = data if isinstance(data, dict) else {}
     if "t_00" in data:
