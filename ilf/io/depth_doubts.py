@@ -521,10 +521,13 @@ def _normalised(read: DepthReading) -> PlausibilityWarning | None:
         return None
     at_largest = float(np.mean(values == seen.max()))
     is_usual = USUAL_MEDIAN_DEPTH[0] <= read.median <= USUAL_MEDIAN_DEPTH[1]
+    near = np.mean((seen > _LEAST_OF_BUFFER * full) & (seen < full))
+    of_full = metres[values == full]
+    is_one = of_full.size > 0 and abs(of_full[0] - 1) < 1 - _FULL
     if least > _LEAST_OF_BUFFER * full:
         sign = f"all lie between {least:.4g} and {largest:.6g}"
-    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == UINT16_MAX]):
-        return None
+    elif full > 1 and not is_one and (is_usual or largest < full or near < _LEAST_NEAR):
+        return None  # usual depth, or a gap below the largest value as below an invalid marker
     elif largest >= _FULL * full:
         sign = f"they reach exactly {full:g}"
     elif at_largest >= _BACKGROUND and np.unique(seen[:: seen.size // 10_000 + 1]).size >= _FEWEST_VALUES:
@@ -545,17 +548,6 @@ def _are_integers(seen: NDArray[Any]) -> bool:
     """Whether values are those of an image of 8 or 16 bits, divided by the largest possible one."""
     scaled = UINT16_MAX * seen[:: seen.size // 10_000 + 1].astype(np.float64)
     return bool(np.all(np.abs(scaled - np.rint(scaled)) < _ROUNDING) and np.unique(scaled).size >= _FEWEST_VALUES)
-
-
-def _is_one(metres: NDArray[np.float32]) -> bool:
-    """Whether the largest value of 16 bits was converted to 1."""
-    return bool(metres.size and abs(metres[0] - 1) < 1 - _FULL)
-
-
-def _reaches(seen: NDArray[np.uint16]) -> bool:
-    """Whether 16-bit values reach the largest one, without a gap below it as there is below an invalid marker."""
-    near = (seen > _LEAST_OF_BUFFER * UINT16_MAX) & (seen < UINT16_MAX)
-    return bool(seen.max() == UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
 
 
 def _other_way_round(read: DepthReading) -> PlausibilityWarning | None:

@@ -152,8 +152,11 @@ class LayoutFrames:
             is_of_bop = encoding == "bop" or _BOP_SCALE[0] <= scale <= _BOP_SCALE[1]
             units, encoding = 1000 / scale if is_of_bop else max(scale, 1 / scale), None
         if layout.distance == "ray":
-            ray_camera = depth_camera if camera is None or depth_camera is not None else camera
-            units, encoding = None, _ray(ray_camera, units or 1.0)
+            if (of_depth := camera if depth_camera is None else depth_camera) is None:
+                raise InputError(
+                    "Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there."
+                )
+            units, encoding = None, ray_encoding(units or 1.0, sized_camera(of_depth))
         truth = self._beside(layout.truth, texts)
         return ReadingOptions(
             encoding=encoding,
@@ -227,10 +230,3 @@ def _stem(path: str) -> str:
 def _names(text: str) -> tuple[str, ...]:
     """The placeholders of all alternatives of a pattern."""
     return tuple(name for one in alternatives(text) for name in placeholders(one))
-
-
-def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
-    """The encoding of distances along the rays of a camera."""
-    if camera is None:
-        raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
-    return ray_encoding(units, sized_camera(camera))
