@@ -247,16 +247,7 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
     if len(runs) > height * width + 1 or (runs < 0).any() or runs.sum() != height * width:
         pixels = f"the image's {counted(height * width, 'pixel')}"
         raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_RLE_REMEDY}")
-    ends = np.cumsum(runs)
-    inside = np.flatnonzero(runs[1::2]) * 2 + 1
-    if inside.size == 0:
-        return None
-    # only the columns from the first pixel to the last
-    left, right = int(ends[inside[0] - 1]) // height, (int(ends[inside[-1]]) - 1) // height + 1
-    ends = np.clip(ends, left * height, right * height)
-    clipped = ends - np.concatenate(([left * height], ends[:-1]))
-    mask = np.repeat(np.arange(len(runs)) % 2 == 1, clipped).reshape(right - left, height).T
-    return cropped(mask, left=left)
+    return cropped(np.repeat(np.arange(len(runs)) % 2 == 1, runs).reshape(width, height).T)
 
 
 def _from_text(text: str, where: str, pixels: int) -> NDArray[np.int64]:

@@ -19,7 +19,7 @@ from ..data.camera import as_camera, checked_transform
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, one_line, told_as
 from ..io.depth import write_depth
-from ..io.encodings import encoding_of, needs_scene, single_encoding
+from ..io.encodings import EncodingSpec, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path, no_frame_folder
@@ -135,7 +135,23 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     return FrameFiles(rgb, depth, stated.name, options, size, outside_view, has_meta)
 
 
-class Meta(msgspec.Struct, kw_only=True):
+class StatedDepth(msgspec.Struct, kw_only=True):
+    """How depth is stored, by a file of JSON beside it."""
+
+    depth_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    depth_encoding: str | float | None = None
+    depth_invalid: float | None = None
+
+    @property
+    def encoding(self) -> EncodingSpec | None:
+        """The encoding; raises InputError or ParameterError if it is none, or is stated twice."""
+        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
+        if spec is not None and not needs_scene(spec):
+            encoding_of(spec)
+        return spec
+
+
+class Meta(StatedDepth, kw_only=True):
     """What meta.json states, see `frame_folder`."""
 
     name: str
@@ -147,10 +163,7 @@ class Meta(msgspec.Struct, kw_only=True):
     outside_view: str | None = None
     run: str | None = None
     size: tuple[int, int] | None = None
-    depth_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
     gt_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
-    depth_encoding: str | float | None = None
-    depth_invalid: float | None = None
     min_confidence: float | None = None
     K: Any = None
     pose: Any = None
@@ -158,12 +171,10 @@ class Meta(msgspec.Struct, kw_only=True):
     @property
     def options(self) -> ReadingOptions:
         """The reading options but for files; raises InputError or ParameterError for wrong values."""
-        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
-        if spec is not None and not needs_scene(spec):
-            encoding_of(spec)
+        encoding, units = self.encoding, self.depth_units_per_m
         return ReadingOptions(
-            encoding=self.depth_encoding,
-            depth_units=self.depth_units_per_m,
+            encoding=encoding if units is None else None,
+            depth_units=units,
             invalid=self.depth_invalid,
             min_confidence=self.min_confidence,
             intrinsics=None if self.K is None else as_camera({"K": self.K}, None),
