@@ -111,9 +111,6 @@ class Source:
             return ending[0]
         if ending:
             raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
-        if self._frames[self.keys[0]].frame is not None:
-            with opened(self.path) as recording:
-                raise recording.unknown(name)
         there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
         raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
 
