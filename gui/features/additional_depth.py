@@ -20,8 +20,8 @@ from ilf.data.frame import RGBDFrame
 from ilf.evaluation.hold_out import compared_steps, hold_out_steps
 from ilf.io.frame_additions import load_guide
 from ilf.run.run import Run
+from ilf.sources.frame_ref import is_result_folder
 from ilf.sources.neighbours import around, neighbour_steps
-from ilf.sources.own_results import is_result_folder
 
 from ..base.commands import command
 from ..base.needs import Need

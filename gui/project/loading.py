@@ -25,10 +25,9 @@ from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import NotAllowed, note_opened
-from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_frame
 
 from ..state.document import Document

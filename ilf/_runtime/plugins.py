@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib import metadata
 from importlib.metadata import EntryPoint
@@ -73,8 +73,15 @@ def call(entry: EntryPoint, function: Any, *arguments: object) -> Any:
     InputError
         In place of any other exception; the message names the package.
     """
-    try:
+    with named_in_errors(entry):
         return function(*arguments)
+
+
+@contextmanager
+def named_in_errors(entry: EntryPoint) -> Iterator[None]:
+    """Within the block, turn what a plugin raises into InputError, as `call`."""
+    try:
+        yield
     except IlfError:
         raise
     except FAILURES as error:

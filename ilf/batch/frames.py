@@ -17,9 +17,8 @@ from .._runtime.files import is_address, parse_json
 from .._runtime.folders import Folder, folder_at
 from .._runtime.schema import Section, json_file
 from ..errors import InputError, told_as
-from ..sources.frame_ref import FrameRef
+from ..sources.frame_ref import SHARDS_FILE, FrameRef, is_result
 from ..sources.neighbours import around
-from ..sources.own_results import SHARDS_FILE, is_result
 from ..sources.shards import LIST_FILE, SCHEMA, ShardSet
 from ..sources.source import Source
 from .settings import sha256_of

@@ -29,7 +29,7 @@ from ..run.formats import FORMATS
 from ..run.options import drop_impossible
 from ..run.run import Run
 from ..run.writing import contents
-from ..sources.own_results import SHARDS_FILE
+from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Counts, Sink, facts_here

@@ -14,13 +14,12 @@ from ..data.frame import RGBDFrame
 from ..data.lenses import undistorted
 from ..io import frame_additions as additions
 from ..io.cameras import frame_camera
-from ..io.depth_reading import DepthReading
+from ..io.depth_doubts import DepthReading
 from ..io.images import read_colour_with_warning
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
-from ..sources.frame_ref import FrameRef
+from ..sources.frame_ref import COMPLETED_DEPTH, RECORD_FILE, FrameRef, is_result, is_result_folder
 from ..sources.naming import META_NAME
-from ..sources.own_results import COMPLETED_DEPTH, RECORD_FILE, is_result, is_result_folder
 from ..sources.read_images import ReadImages, depth_of_files, is_registered, read_files, read_recorded
 from ..sources.reading import files_of, read_frame
 from ..sources.reading_options import ReadingOptions

@@ -26,10 +26,9 @@ from ..project.file import SUFFIX
 from ..run.options import RECORD_FILE
 from ..sources.copies import restored
 from ..sources.frame_folder import is_frame_folder
-from ..sources.frame_ref import FrameRef
+from ..sources.frame_ref import FrameRef, is_shards
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
-from ..sources.own_results import is_shards
 from ..sources.reading import read_frame
 from ..sources.shards import read_shard_set
 from ..sources.source import Source

@@ -163,6 +163,27 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
+def odd_even_fill(line: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Pixels of an image whose centre a closed line (n, 2) of (x, y) encloses an odd number of times.
+
+    From left to right along the centres of every row, each crossing of the line switches between outside and inside.
+    """
+    height, width = shape
+    start, end = line, np.roll(line, -1, axis=0)
+    upper, lower = (np.where((start[:, 1] <= end[:, 1])[:, None], *pair) for pair in ((start, end), (end, start)))
+    # rows whose centre r + 0.5 lies in [upper, lower)
+    first = np.clip(np.ceil(upper[:, 1] - 0.5), 0, height).astype(np.intp)
+    stop = np.clip(np.ceil(lower[:, 1] - 0.5), 0, height).astype(np.intp)
+    crossed = np.maximum(stop - first, 0)
+    edge = np.repeat(np.arange(len(line)), crossed)
+    row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed, crossed) + first[edge]
+    (x0, y0), (x1, y1) = upper[edge].T, lower[edge].T
+    x = x0 + (row + 0.5 - y0) / (y1 - y0) * (x1 - x0)
+    column = np.clip(np.ceil(x - 0.5), 0, width).astype(np.intp)
+    turns = np.bincount(row * (width + 1) + column, minlength=height * (width + 1)).reshape(height, width + 1)
+    return np.cumsum(turns[:, :width], axis=1) % 2 > 0
+
+
 def drawn_from(mask: NDArray[np.bool_], rng: np.random.Generator, chosen: slice) -> NDArray[np.bool_]:
     """Some pixels of a mask: those at these places of a random order."""
     found = np.zeros(mask.shape, bool)

@@ -20,8 +20,7 @@ from ..data.pixel_grids import drawn_from
 from ..data.results import Completion
 from ..errors import InputError, ParameterError, check_kind
 from ..run.run import Run
-from ..sources.frame_ref import FrameRef
-from ..sources.own_results import COMPLETED_DEPTH, is_result
+from ..sources.frame_ref import COMPLETED_DEPTH, FrameRef, is_result
 from .evaluation import Evaluated, PixelErrors, Progress, restrict_to_shared, scaled_progress
 
 # Patterns of hidden depth: the same pixels for the same frame and seed.

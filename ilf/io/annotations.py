@@ -250,14 +250,12 @@ def _labelme_parts(path: Path, shapes: list[tuple[int, dict[str, Any]]], shape: 
         elif kind == "circle":
             part = _part_of_circle(points, shape)
         else:
-            part = filled_polygon(points if kind == "polygon" else _rectangle(points), where, shape)
+            corners = (
+                points if kind == "polygon" else np.column_stack((points[[0, 1, 1, 0], 0], points[[0, 0, 1, 1], 1]))
+            )
+            part = filled_polygon(corners, where, shape)
         if part is not None:
             yield part
-
-
-def _rectangle(points: Points) -> Points:
-    """Return the corners of a rectangle from two opposite ones."""
-    return np.column_stack((points[[0, 1, 1, 0], 0], points[[0, 0, 1, 1], 1]))
 
 
 def _part_of_circle(points: Points, shape: tuple[int, int]) -> Region | None:

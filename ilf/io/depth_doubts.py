@@ -1,10 +1,10 @@
-"""Doubts about how a depth file is read: it has another encoding or unit, or marks missing depth by a value, or its
-values are no depth."""
+"""Depth as read from a file, and doubts about it: that its encoding or unit is another one, that a value marks missing
+depth, or that it is no depth."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from .._runtime.files import split_dataset
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from .depth import UINT16_MAX
 from .encodings import ENCODINGS, KINECT_DISPARITY, DepthEncoding
+from .float_images import COLMAP_SUFFIX
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,16 @@ class PlausibilityWarning:
     is_scale: bool = False
     invalid_depth: float | None = None
 
+
+_SCENE = PlausibilityWarning(
+    "Depth maps of COLMAP are in the unit of their reconstruction, which is assumed to be metres: give its units per "
+    "metre as depth units, or m as the encoding if it was scaled to metres."
+)
+
+_RELATIVE = PlausibilityWarning(
+    "This photo states that its depth is relative (as of phones with two lenses): its parts compare, but it may be "
+    "metres by name only. Do not measure in it, or give m as the encoding."
+)
 
 _NUMBERS_OF_A_FRAME = re.compile(r"\d[\d.e+-]*(%| m\b)")
 
@@ -72,13 +83,36 @@ def unique_warnings(texts: Iterable[str], known: set[str]) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Read:
-    """Values (H, W) as stored, the same as depth [m], NaN = missing, the encoding used, and the file, if any."""
+class DepthReading:
+    """Depth read from a file, with its encoding and plausibility warnings.
+
+    Attributes
+    ----------
+    values : ndarray
+        (H, W), as stored in the file.
+    metres : ndarray of float32
+        Depth [m], (H, W), NaN = missing.
+    encoding : DepthEncoding
+    is_assumed : bool
+        Whether the encoding was unspecified, so that the default of the values' type was used.
+    is_named : bool
+        Whether it was given or stated by name.
+    left_out : str
+        Note on depth left out because it is beyond the range of sensors; "" for none.
+    path : Path
+        Path of the file.
+    is_relative : bool
+        Whether it is a photo that says that its depth is not absolute.
+    """
 
     values: NDArray[Any]
     metres: NDArray[np.float32]
     encoding: DepthEncoding
-    path: Path | None
+    is_assumed: bool
+    is_named: bool
+    left_out: str
+    path: Path
+    is_relative: bool = False
 
     @cached_property
     def median(self) -> float:
@@ -90,42 +124,56 @@ class _Read:
         """Whether it is integers in an image as wide as KITTI's, which no depth camera's is."""
         return self.values.dtype == np.uint16 and self.values.shape[1] >= _KITTI_ASPECT * self.values.shape[0]
 
+    @cached_property
+    def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
+        """Plausibility warnings about the encoding."""
+        return tuple(_doubts(self))
 
-def plausibility_warnings_of(
-    values: NDArray[Any],
-    metres: NDArray[np.float32],
-    encoding: DepthEncoding,
-    is_named: bool,
-    path: Path | None = None,
-) -> tuple[PlausibilityWarning, ...]:
-    """Check how a file's values are read and return plausibility warnings.
+    @property
+    def invalid_marker(self) -> float | None:
+        """Depth [m] of which a plausibility warning says that it most likely marks missing depth; None without one."""
+        return next((doubt.invalid_depth for doubt in self.plausibility_warnings if doubt.invalid is not None), None)
 
-    Parameters
-    ----------
-    values : ndarray
-        (H, W), as stored in the file.
-    metres : ndarray of float32
-        The values as depth [m], (H, W), NaN = missing.
-    encoding : DepthEncoding
-        The encoding used.
-    is_named : bool
-        Whether the encoding was given by name: then only the direction of a z-buffer is checked. A number of units
-        alone does not exclude rotated bits, swapped bytes or disparity.
-    path : Path, optional
-        The file, whose name may be that of a data set.
-    """
-    read, is_plain = _Read(values, metres, encoding, path), not is_named and encoding.name is None
-    is_known = bool(np.isfinite(metres).any())
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes for the user, a sentence or two each."""
+        return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.plausibility_warnings))
+
+    @property
+    def alternative_encodings(self) -> str:
+        """The warnings that name a likelier encoding, to append to an error; "" if there are none."""
+        return "".join(
+            f" {doubt.text}" for doubt in self.plausibility_warnings if doubt.invalid is None and not doubt.is_scale
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Notes to issue as Python warnings, with the path: all except those on an unusual scale if the scale was
+        stated."""
+        scale = {doubt.text for doubt in self.plausibility_warnings if doubt.is_scale}
+        return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
+
+
+def _doubts(read: DepthReading) -> Iterator[PlausibilityWarning]:
+    """Doubts about depth as it was read. If its encoding was given by name, only its direction is looked at; a number
+    of units does not exclude rotated bits, swapped bytes or disparity."""
+    values, metres, encoding = read.values, read.metres, read.encoding
+    is_plain, is_known = not read.is_named and encoding.name is None, bool(np.isfinite(metres).any())
+    if read.is_relative and not read.is_named:
+        yield _RELATIVE
+    if read.is_assumed and read.path.suffix.lower() == COLMAP_SUFFIX:
+        yield _SCENE
     no_depth = _normalised(read) if is_plain and is_known and _data_set(read) is None else _other_way_round(read)
     if no_depth:
-        return (no_depth,)
+        yield no_depth
+        return
     storage = _other_storage(read) if is_plain else None
     used = encoding if storage is None else ENCODINGS[storage.encoding or ""]
     has_marker = encoding.invalid is None and used.name not in KINECT_DISPARITY  # which decode their own invalid value
     marker = marker_doubt(values, metres) if has_marker else None
     scale = _scale(read) if is_plain and is_known and not (storage or marker) else None
-    rays = _along_rays(path) if is_plain and path is not None else None
-    return tuple(doubt for doubt in (storage, marker, scale, rays) if doubt)
+    rays = _along_rays(read.path) if is_plain else None
+    yield from filter(None, (storage, marker, scale, rays))
 
 
 # Another encoding.
@@ -166,7 +214,7 @@ _TUM_UNITS, _TUM_NEAREST = 5000.0, 0.35
 millimetres, five times as far."""
 
 
-def _likelier(read: _Read, name: str, sign: str) -> PlausibilityWarning | None:
+def _likelier(read: DepthReading, name: str, sign: str) -> PlausibilityWarning | None:
     """The warning that another encoding is likelier, by a sign; None if that is implausible, too, or gives about the
     same depth."""
     other = replace(ENCODINGS[name], invalid=read.encoding.invalid).metres(read.values)
@@ -180,12 +228,12 @@ def _likelier(read: _Read, name: str, sign: str) -> PlausibilityWarning | None:
     return PlausibilityWarning(told, encoding=name)
 
 
-def _other_storage(read: _Read) -> PlausibilityWarning | None:
+def _other_storage(read: DepthReading) -> PlausibilityWarning | None:
     """Whether the bits are rotated or the bytes swapped, or values are disparity instead of depth, or the name states
     units."""
     if read.values.dtype != np.uint16:
         return None
-    if read.path is not None and _TASKONOMY_NAME.search(read.path.name) and read.encoding.units == 1000:
+    if _TASKONOMY_NAME.search(read.path.name) and read.encoding.units == 1000:
         return _likelier(read, "taskonomy", "The file name is one of Taskonomy or 2D-3D-S")
     counts = _counts(read)
     levels, pixels = np.flatnonzero(counts).astype(np.uint16), counts[counts > 0]
@@ -201,7 +249,7 @@ def _other_storage(read: _Read) -> PlausibilityWarning | None:
     return None
 
 
-def _counts(read: _Read) -> NDArray[np.intp]:
+def _counts(read: DepthReading) -> NDArray[np.intp]:
     """Number of pixels of each 16-bit value that can be depth, (65536,)."""
     counts = np.bincount(read.values.ravel(), minlength=UINT16_MAX + 1)
     counts[[0, UINT16_MAX]] = 0  # these are never depth, in any storage
@@ -231,7 +279,7 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     return bool(np.average(is_odd, weights=pixels * is_whole) >= 0.2)
 
 
-def _scale(read: _Read) -> PlausibilityWarning | None:
+def _scale(read: DepthReading) -> PlausibilityWarning | None:
     """Whether values are not depth, or depth in another unit."""
     values, metres, units = read.values, read.metres, read.encoding.units
     unusual, named = scale_warning(metres, units), disparity_name(read.path)
@@ -267,27 +315,27 @@ def _median_of_halves(values: NDArray[np.uint16]) -> float | None:
     return float(np.median(metres)) if bool(((metres >= low) & (metres <= high)).mean() > _LIKELY_SHARE) else None
 
 
-def _data_set(read: _Read) -> tuple[str, str] | None:
+def _data_set(read: DepthReading) -> tuple[str, str] | None:
     """The encoding of the data set that integers with some known depth seem to belong to, by their size and range and
     the names of the file and its folders, and the reason."""
     values, metres, encoding, path = read.values, read.metres, read.encoding, read.path
     if values.dtype != np.uint16 or encoding.units != 1000:
         return None
-    folders = () if path is None else path.parts[-_NEAR_FOLDERS:]
+    folders = path.parts[-_NEAR_FOLDERS:]
     is_named = any(map(_KITTI_NAME.fullmatch, folders))
     if (is_named or read.is_wide) and not encoding.invalid and values.max() < UINT16_MAX:  # its missing depth is 0
         median, far = np.nanquantile(metres, (0.5, 0.99)) * encoding.units / ENCODINGS["kitti"].units
         is_of_lidar = is_named or np.isfinite(metres).mean() <= _LIDAR_SHARE
         if median >= _STREET_MEDIAN and far >= (_LIDAR_FAR if is_of_lidar else _STREET_FAR):
             return "kitti", f"{'File names match' if is_named else 'Image size and range match'} KITTI"
-    is_named = path is not None and _REPLICA_NAME.fullmatch(path.name) is not None
+    is_named = _REPLICA_NAME.fullmatch(path.name) is not None
     is_named = is_named or any(folder.lower().startswith("replica") for folder in folders)
     if (is_named or values.shape == _REPLICA_SHAPE) and scale_warning(metres, encoding.units):
         return "replica", "Image size or file names match Replica"
     return None
 
 
-def _sensor_steps(read: _Read) -> tuple[str, str] | None:
+def _sensor_steps(read: DepthReading) -> tuple[str, str] | None:
     """The encoding in which integers have the disparity steps of a depth camera, and the reason; None if they have
     these in the assumed encoding, or no such steps."""
     if read.values.dtype != np.uint16:
@@ -306,7 +354,7 @@ def _sensor_steps(read: _Read) -> tuple[str, str] | None:
     return None
 
 
-def _too_near_for_tum(read: _Read) -> tuple[str, str] | None:
+def _too_near_for_tum(read: DepthReading) -> tuple[str, str] | None:
     """Millimetres, and the reason, for integers whose depth is too near for the TUM benchmark's units."""
     if read.values.dtype != np.uint16 or read.encoding.units != _TUM_UNITS:
         return None
@@ -391,7 +439,7 @@ _LEVEL, _STEEP = 0.005, 0.2
 _DISPARITY = re.compile(r"(?:^|[^a-z])(disp|disparity|disparities|inv_?depth|inverse_?depth)(?:[^a-z]|$)")
 
 
-def disparity_name(path: Path | None) -> str:
+def disparity_name(path: Path) -> str:
     """The name of a file that says that it holds disparity or inverse depth; "" if it does not.
 
     Examples
@@ -399,10 +447,10 @@ def disparity_name(path: Path | None) -> str:
     >>> disparity_name(Path("disp0.pfm")), disparity_name(Path("display.png"))
     ('disp0', '')
     """
-    return path.stem if path is not None and _DISPARITY.search(path.stem.lower()) else ""
+    return path.stem if _DISPARITY.search(path.stem.lower()) else ""
 
 
-def _is_inverse(read: _Read) -> bool:
+def _is_inverse(read: DepthReading) -> bool:
     """Whether depth seems to be disparity or inverse depth: it increases downwards, and its median is unusual for
     depth, or planes are linear in it."""
     step = -(-max(read.metres.shape) // _GRID)
@@ -461,7 +509,7 @@ _ROUNDING = 0.01
 """Maximum difference from a whole number after single precision."""
 
 
-def _normalised(read: _Read) -> PlausibilityWarning | None:
+def _normalised(read: DepthReading) -> PlausibilityWarning | None:
     """Whether values with some known depth are likely a z-buffer or normalised depth."""
     values, metres = read.values, read.metres
     seen = values[np.isfinite(values) & (values > 0)]
@@ -473,10 +521,13 @@ def _normalised(read: _Read) -> PlausibilityWarning | None:
         return None
     at_largest = float(np.mean(values == seen.max()))
     is_usual = USUAL_MEDIAN_DEPTH[0] <= read.median <= USUAL_MEDIAN_DEPTH[1]
+    near = np.mean((seen > _LEAST_OF_BUFFER * full) & (seen < full))
+    of_full = metres[values == full]
+    is_one = of_full.size > 0 and abs(of_full[0] - 1) < 1 - _FULL
     if least > _LEAST_OF_BUFFER * full:
         sign = f"all lie between {least:.4g} and {largest:.6g}"
-    elif full > 1 and (is_usual or not _reaches(seen)) and not _is_one(metres[values == UINT16_MAX]):
-        return None
+    elif full > 1 and not is_one and (is_usual or largest < full or near < _LEAST_NEAR):
+        return None  # usual depth, or a gap below the largest value as below an invalid marker
     elif largest >= _FULL * full:
         sign = f"they reach exactly {full:g}"
     elif at_largest >= _BACKGROUND and np.unique(seen[:: seen.size // 10_000 + 1]).size >= _FEWEST_VALUES:
@@ -499,18 +550,7 @@ def _are_integers(seen: NDArray[Any]) -> bool:
     return bool(np.all(np.abs(scaled - np.rint(scaled)) < _ROUNDING) and np.unique(scaled).size >= _FEWEST_VALUES)
 
 
-def _is_one(metres: NDArray[np.float32]) -> bool:
-    """Whether the largest value of 16 bits was converted to 1."""
-    return bool(metres.size and abs(metres[0] - 1) < 1 - _FULL)
-
-
-def _reaches(seen: NDArray[np.uint16]) -> bool:
-    """Whether 16-bit values reach the largest one, without a gap below it as there is below an invalid marker."""
-    near = (seen > _LEAST_OF_BUFFER * UINT16_MAX) & (seen < UINT16_MAX)
-    return bool(seen.max() == UINT16_MAX and np.mean(near) >= _LEAST_NEAR)
-
-
-def _other_way_round(read: _Read) -> PlausibilityWarning | None:
+def _other_way_round(read: DepthReading) -> PlausibilityWarning | None:
     """Whether depth by an encoding with numbers likely is the other way round: a z-buffer from 1 to 0 or from 0 to 1,
     24 bits with the lowest in red or in blue."""
     kind, _, numbers = (read.encoding.name or "").partition(":")

@@ -1,10 +1,9 @@
-"""Reading depth files by their encoding, with plausibility warnings."""
+"""Reading depth files by their encoding."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from .._runtime.files import FileContent, with_dataset
 from .._runtime.formatting import counted
 from ..errors import FormatError, told_as
 from .depth import checked_depth_values, checked_finite, default_depth_units, read_depth_values
-from .depth_doubts import PlausibilityWarning, are_8_bits, plausibility_warnings_of
+from .depth_doubts import DepthReading, are_8_bits
 from .encodings import (
     ENCODINGS,
     DepthEncoding,
@@ -25,85 +24,11 @@ from .encodings import (
     is_name,
     packed_channels,
 )
-from .float_images import COLMAP_SUFFIX, KINECT_V2_SUFFIXES, is_kinect_v2
+from .float_images import KINECT_V2_SUFFIXES, is_kinect_v2
 from .heic import HEIC_SUFFIXES
 
-_SCENE = PlausibilityWarning(
-    "Depth maps of COLMAP are in the unit of their reconstruction, which is assumed to be metres: give its units per "
-    "metre as depth units, or m as the encoding if it was scaled to metres."
-)
-
-_RELATIVE = PlausibilityWarning(
-    "This photo states that its depth is relative (as of phones with two lenses): its parts compare, but it may be "
-    "metres by name only. Do not measure in it, or give m as the encoding."
-)
 _SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
 """What Apple's photos say, see AVDepthData.Accuracy.relative."""
-
-
-@dataclass(frozen=True, eq=False)
-class DepthReading:
-    """Depth read from a file, with its encoding and plausibility warnings.
-
-    Attributes
-    ----------
-    values : ndarray
-        (H, W), as stored in the file.
-    metres : ndarray of float32
-        Depth [m], (H, W), NaN = missing.
-    encoding : DepthEncoding
-    is_assumed : bool
-        Whether the encoding was unspecified, so that the default of the values' type was used.
-    is_named : bool
-        Whether it was given or stated by name.
-    left_out : str
-        Note on depth left out because it is beyond the range of sensors; "" for none.
-    path : Path
-        Path of the file.
-    is_relative : bool
-        Whether it is a photo that says that its depth is not absolute.
-    """
-
-    values: NDArray[Any]
-    metres: NDArray[np.float32]
-    encoding: DepthEncoding
-    is_assumed: bool
-    is_named: bool
-    left_out: str
-    path: Path
-    is_relative: bool = False
-
-    @cached_property
-    def plausibility_warnings(self) -> tuple[PlausibilityWarning, ...]:
-        """Plausibility warnings about the encoding."""
-        found = plausibility_warnings_of(self.values, self.metres, self.encoding, self.is_named, self.path)
-        if self.is_relative and not self.is_named:
-            return _RELATIVE, *found
-        return (_SCENE, *found) if self.is_assumed and self.path.suffix.lower() == COLMAP_SUFFIX else found
-
-    @property
-    def invalid_marker(self) -> float | None:
-        """Depth [m] of which a plausibility warning says that it most likely marks missing depth; None without one."""
-        return next((doubt.invalid_depth for doubt in self.plausibility_warnings if doubt.invalid is not None), None)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user, a sentence or two each."""
-        return (*([self.left_out] if self.left_out else []), *(doubt.text for doubt in self.plausibility_warnings))
-
-    @property
-    def alternative_encodings(self) -> str:
-        """The warnings that name a likelier encoding, to append to an error; "" if there are none."""
-        return "".join(
-            f" {doubt.text}" for doubt in self.plausibility_warnings if doubt.invalid is None and not doubt.is_scale
-        )
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Notes to issue as Python warnings, with the path: all except those on an unusual scale if the scale was
-        stated."""
-        scale = {doubt.text for doubt in self.plausibility_warnings if doubt.is_scale}
-        return tuple(f"{self.path}: {note}" for note in self.notes if self.is_assumed or note not in scale)
 
 
 def read_depth(

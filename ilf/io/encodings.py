@@ -196,10 +196,6 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
 # Encodings with numbers of their own. What makes them raises ValueError if these are none.
 
 
-def _by_scale(text: str) -> DepthEncoding:
-    return DepthEncoding(None, checked_units(1000 / checked_units(float(text))))
-
-
 def _by_disparity(text: str) -> DepthEncoding:
     """Disparity of a rectified stereo pair, whose principal points are an offset apart."""
     product, *offset = (float(number) for number in text.split(","))
@@ -305,7 +301,10 @@ def _along_rays(text: str) -> DepthEncoding:
 
 
 _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
-    _BOP: (_by_scale, "by the depth_scale in scene_camera.json (BOP)"),
+    _BOP: (
+        lambda text: DepthEncoding(None, checked_units(1000 / checked_units(float(text)))),
+        "by the depth_scale in scene_camera.json (BOP)",
+    ),
     _DISPARITY: (
         _by_disparity,
         "disparity:FB[,OFFSET], disparity of a stereo pair, with focal length [px] x baseline [m] FB, and OFFSET added "

@@ -20,7 +20,7 @@ _AS_FRAMES = (
     "Export colour and depth of its frames as images, or record as ROS bag (.bag, .db3, .mcap), Azure Kinect (.mkv) or "
     "Record3D (.r3d)."
 )
-_UNPACK = "Unpack it, and give the files in it."
+UNPACK = "Unpack it, and give the files in it."
 _HEIC = "an HEIC photo"
 _PAGE = "It is often the error page of a download: then download the file again."
 
@@ -57,9 +57,9 @@ _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"%PDF", "a PDF document", _AS_IMAGE),
     (rb"PLYF|ply\s", "a PLY cloud", "Depth is read from clouds as organised PCD. Save it so, or as an image."),
     (rb"\x1aE\xdf\xa3", "a Matroska or WebM video", _AS_FRAMES),
-    (rb"\x1f\x8b", "a gzip archive", _UNPACK),
-    (rb"\x28\xb5\x2f\xfd", "a file compressed by zstd", _UNPACK),
-    (rb"BZh|\xfd7zXZ|7z\xbc\xaf|Rar!", "an archive", _UNPACK),
+    (rb"\x1f\x8b", "a gzip archive", UNPACK),
+    (rb"\x28\xb5\x2f\xfd", "a file compressed by zstd", UNPACK),
+    (rb"BZh|\xfd7zXZ|7z\xbc\xaf|Rar!", "an archive", UNPACK),
     (rb"\x80[\x02-\x05]", "a Python pickle", _AS_ARRAY),
     (rb"\s*<(\?xml|svg)", "an XML or SVG file", f"{_AS_IMAGE} {_PAGE}"),
     (rb'\s*[\[{]\s*["\[{\]}\d-]', "a JSON file", f"{_AS_ARRAY} {_PAGE}"),

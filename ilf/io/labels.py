@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -14,20 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import counted, natural
-from .._runtime.writing import write_bytes
 from ..data.blocks import BlockInfo, Blocks, block_colour
 from ..data.label_map import Box, labels_in, union
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_indices
 
 
-def write_mask(path: str | os.PathLike[str], mask: NDArray[np.bool_]) -> None:
-    """Write a mask (H, W) as 8-bit PNG, 255 where it is True; raise ExportError if the file cannot be written."""
-    write_bytes(path, encode_mask(mask))
-
-
 def encode_mask(mask: NDArray[np.bool_]) -> bytes:
-    """Return the content of the file that `write_mask` writes."""
+    """Return a mask (H, W) as 8-bit PNG, 255 where it is True."""
     return encode_image(".png", 255 * plain_array(mask).astype(np.uint8))
 
 

@@ -21,15 +21,8 @@ Tags = tuple[int, int]
 AS_STORED: Tags = 1, 1
 """Orientations of colour and depth that are not turned."""
 
-_EFFECTS = {
-    2: "mirrored left to right",
-    3: "turned by 180 degrees",
-    4: "mirrored top to bottom",
-    5: "mirrored and turned by 90 degrees",
-    6: "turned by 90 degrees clockwise",
-    7: "mirrored and turned by 90 degrees",
-    8: "turned by 90 degrees counter-clockwise",
-}
+_TURNED = range(2, 9)
+"""Orientation tags of images that are turned or mirrored."""
 
 _EXCHANGED = 1, 5
 
@@ -52,12 +45,12 @@ def _claim(file: FileContent) -> tuple[int, str]:
     if file.path.suffix.lower() in HEIC_SUFFIXES:
         tag = heic_orientation(file)
         back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
-        return OPPOSITE.get(tag, tag), back if tag in _EFFECTS else ""
+        return OPPOSITE.get(tag, tag), back if tag in _TURNED else ""
     try:
         tag = image_header(file, file.data.tobytes()).orientation
     except FormatError:  # of a format without such tags
         tag = 1
-    return (tag, f"{file.path.name} has the orientation tag {tag} ({_EFFECTS[tag]})") if tag in _EFFECTS else (1, "")
+    return (tag, f"{file.path.name} has the orientation tag {tag}") if tag in _TURNED else (1, "")
 
 
 def pair_orientation(

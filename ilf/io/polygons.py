@@ -6,19 +6,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.pixel_grids import connected_regions
+from ..data.pixel_grids import connected_regions, odd_even_fill
 from ..errors import InputError
 from .labels import Region, cropped
 
 Points = NDArray[np.float64]
 """(n, 2): x, y."""
 
-_CHUNK = 2**22
-"""Crossings of edges and pixel rows computed at a time."""
+_Corner = tuple[int, int]
+"""x, y."""
 
 _REMEDY = "Is this the file of this frame? If so, correct the shape or export it again."
 
@@ -90,36 +91,17 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Region
     height, width = shape
     if len(points) < 3:
         return None
-    (x1, y1), (x2, y2) = points.T, np.roll(points, -1, axis=0).T
-    # an edge has the same crossings in either direction
-    turned = (y2 < y1) | ((y2 == y1) & (x2 < x1))
-    x1, x2, y1, y2 = (np.where(turned, *pair) for pair in ((x2, x1), (x1, x2), (y2, y1), (y1, y2)))
-    first, stop = (np.clip(np.ceil(y - 0.5), 0, height).astype(np.int64) for y in (y1, y2))
-    crossed = stop > first
-    if not crossed.any():
+    low, high = np.floor(points.min(axis=0)).astype(int), np.ceil(points.max(axis=0)).astype(int)
+    (left, top), (right, bottom) = np.maximum(low, 0).tolist(), np.minimum(high, (width, height)).tolist()
+    if left >= right or top >= bottom:
         return None
-    x1, x2, y1, y2, first, stop = (values[crossed] for values in (x1, x2, y1, y2, first, stop))
-    counts = stop - first
-    ends = np.cumsum(counts)
-    if ends[-1] > 4 * height * width + 1_000_000:
+    rows = np.clip(points[:, 1], top, bottom)
+    if np.abs(np.diff(rows, append=rows[:1])).sum() > 2 * height * width + 1_000_000:
         raise InputError(f"{where} crosses the image too often to be an outline. {_REMEDY}")
-    slope = (x2 - x1) / (y2 - y1)
-    top = int(first.min())
-    toggles = np.zeros((int(stop.max()) - top, width + 1), bool)
-    cuts = np.searchsorted(ends, np.arange(_CHUNK, int(ends[-1]), _CHUNK))
-    for edges in np.split(np.arange(len(counts)), cuts):
-        number = counts[edges]
-        of = np.repeat(edges, number)
-        rows = first[of] + np.arange(len(of)) - np.repeat(np.cumsum(number) - number, number)
-        columns = np.ceil(x1[of] + (rows + 0.5 - y1[of]) * slope[of] - 0.5)
-        places = (rows - top) * (width + 1) + np.clip(columns, 0, width).astype(np.int64)
-        np.logical_xor.at(toggles.reshape(-1), places, True)
-    return cropped(np.logical_xor.accumulate(toggles[:, :width], axis=1), top)
+    return cropped(odd_even_fill(points - (left, top), (bottom - top, right - left)), top, left)
 
 
 # Label map to polygons that follow the edges of its pixels, so that filling them gives the same map again.
-
-_EAST, _SOUTH, _WEST, _NORTH = range(4)
 
 
 def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int64]]]:
@@ -143,102 +125,60 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
     >>> outline_polygons(np.array([[0, 5, 5], [0, 0, 5]], np.int32))[5][0].tolist()
     [[1, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1]]
     """
+    from scipy.ndimage import find_objects
+
     parts = connected_regions(labels)
     found: dict[int, list[NDArray[np.int64]]] = {label: [] for label in np.unique(labels[labels > 0]).tolist()}
-    for (row, column), points in _traced(parts):
-        found[int(labels[row, column])].append(points)
+    for part, box in enumerate(find_objects(parts), 1):
+        mask = parts[box] == part
+        label = labels[box][0, mask[0].argmax()]
+        found[int(label)].append(_outline(mask) + np.array([box[1].start, box[0].start]))
     return found
 
 
-def _traced(parts: NDArray[np.integer]) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """Yield a pixel of each part, and the part's polygon.
-
-    Each edge between a pixel and another part is directed with the pixel on its right. The next edge belongs to the
-    same pixel if it has one there, so the outline of a part is traced edge by edge.
-    """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
-    height, width = parts.shape
-    line, corners = width + 1, (height + 1) * (width + 1)
-    edges, following = _linked(parts)
-    count = len(edges)
-    if count == 0:
-        return
-    direction, start = np.divmod(edges, corners)
-    y, x = np.divmod(start, line)
-    links = csr_array((np.ones(count, bool), (np.arange(count), following)), shape=(count, count))
-    loops, loop = connected_components(links, directed=False)
-    # signed area: the part lies on the right of outer borders and of holes, which therefore have opposite directions
-    turn = np.bincount(loop, np.where(direction == _SOUTH, x, 0) - np.where(direction == _NORTH, x, 0), loops)
-    first_edge = np.full(loops, count)
-    np.minimum.at(first_edge, loop, np.arange(count))
-    ways = _Loops(following, start)
-    southward = np.flatnonzero((direction == _SOUTH) & (turn[loop] < 0))
-    southward = southward[np.lexsort((x[southward], loop[southward]))]
-    _, leftmost = np.unique(loop[southward], return_index=True)
-    for edge in southward[leftmost].tolist():
-        # to the left of a hole's leftmost edge, the row of pixels ends at another border of the same part
-        row, column = int(y[edge]), int(x[edge]) - 1
-        others = np.flatnonzero(parts[row, :column] != parts[row, column])
-        opposite = _NORTH * corners + (row + 1) * line + (int(others[-1]) + 1 if others.size else 0)
-        ways.join(int(np.searchsorted(edges, opposite)), edge, opposite - line - _NORTH * corners)
-    for edge in first_edge[turn > 0].tolist():
-        points = np.column_stack(np.divmod(ways.round(edge), line)[::-1])
-        # the first edge of each loop leads east, along the top of a pixel
-        yield (int(y[edge]), int(x[edge])), _corners_of(points)
+def _outline(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The polygon of a part in its bounding box, clockwise from the first of its top edges."""
+    start = int(mask[0].argmax()), 0
+    around = np.pad(~mask, 1, constant_values=True).astype(np.uint8).repeat(2, axis=0).repeat(2, axis=1)
+    # the pixels around the part, each as 2 x 2, are followed: the nearest corner of a pixel is on its edge
+    borders, (tree,) = cv2.findContours(around, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    outer: list[_Corner] = []
+    holes: dict[_Corner, list[_Corner]] = {}
+    for border, (*_, parent) in zip(borders, tree.tolist(), strict=True):
+        corners = (border[:, 0].astype(np.int64) - 1) // 2
+        corners = corners[(corners != np.roll(corners, 1, axis=0)).any(axis=1)]
+        if parent >= 0:
+            outer = _from(corners, corners.tolist().index([*start]))
+        elif corners.min() >= 0:  # the other one goes around all
+            downwards = np.flatnonzero(np.roll(corners[:, 1], -1) > corners[:, 1])
+            hole = _from(corners, int(downwards[np.lexsort(corners[downwards].T[::-1])[0]]))
+            column, row = hole[0]
+            beside = np.flatnonzero(~mask[row, : column - 1])
+            holes[int(beside[-1]) + 1 if beside.size else 0, row] = hole
+    return _without_straight(np.array([*_joined(outer, holes)]))
 
 
-def _linked(parts: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return all edges, numbered by direction and start corner, and the index of the next edge of each."""
-    height, width = parts.shape
-    padded = np.pad(parts, 1)
-    above_left, above = padded[:-1, :-1], padded[:-1, 1:]
-    below_left, below = padded[1:, :-1], padded[1:, 1:]
-    is_edge = np.stack([
-        (below > 0) & (below != above),
-        (below_left > 0) & (below_left != below),
-        (above_left > 0) & (above_left != below_left),
-        (above > 0) & (above != above_left),
-    ]).ravel()  # fmt: skip
-    edges = np.flatnonzero(is_edge)
-    corners = (height + 1) * (width + 1)
-    direction, start = np.divmod(edges, corners)
-    end = start + np.array([1, width + 1, -1, -(width + 1)])[direction]
-    right, ahead, left = ((direction + turn) % 4 * corners + end for turn in (1, 0, 3))
-    chosen = np.where(is_edge[right], right, np.where(is_edge[ahead], ahead, left))
-    return edges, np.searchsorted(edges, chosen)
+def _from(corners: NDArray[np.int64], first: int) -> list[_Corner]:
+    return [(x, y) for x, y in np.roll(corners, -first, axis=0).tolist()]
 
 
-class _Loops:
-    """Closed loops of edges between corners, which can be joined into one."""
-
-    def __init__(self, following: NDArray[np.int64], corner: NDArray[np.int64]) -> None:
-        self._next = following.tolist()
-        self._corner = corner.tolist()
-        self._previous = np.argsort(following).tolist()
-
-    def join(self, edge: int, hole: int, corner: int) -> None:
-        """Insert a detour after an edge that ends at a corner: to the start of a hole's edge, round the hole and
-        back."""
-        there, back, after, last = len(self._next), len(self._next) + 1, self._next[edge], self._previous[hole]
-        self._next += [hole, after]
-        self._previous += [edge, last]
-        self._corner += [corner, self._corner[hole]]
-        self._next[edge], self._previous[hole] = there, there
-        self._next[last], self._previous[after] = back, back
-
-    def round(self, first: int) -> NDArray[np.int64]:
-        """Return the corners of the loop that contains an edge."""
-        found, place = [self._corner[first]], self._next[first]
-        while place != first:
-            found.append(self._corner[place])
-            place = self._next[place]
-        return np.array(found)
+def _joined(outer: list[_Corner], holes: dict[_Corner, list[_Corner]]) -> Iterator[_Corner]:
+    """The corners of an outline with a detour round each hole, along a row of pixels from the border at its left: from
+    the upper end of the edge there, by which the hole is known."""
+    ways, last = [iter(outer)], (-1, -1)
+    while ways:
+        for corner in ways[-1]:
+            is_upwards = last == (corner[0], corner[1] + 1)
+            yield (last := corner)
+            if is_upwards and (hole := holes.pop(corner, None)):
+                ways.append(iter([*hole, hole[0], corner]))
+                break
+        else:
+            ways.pop()
 
 
-def _corners_of(points: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the points of a closed loop without those on straight lines."""
+def _without_straight(points: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The points of a closed loop without those on straight lines."""
     into, out = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     straight = (into[:, 0] * out[:, 1] == into[:, 1] * out[:, 0]) & ((into * out).sum(axis=1) > 0)
     return points[~straight]
@@ -307,16 +247,7 @@ def part_of_runs(segmentation: dict[str, Any], where: str, shape: tuple[int, int
     if len(runs) > height * width + 1 or (runs < 0).any() or runs.sum() != height * width:
         pixels = f"the image's {counted(height * width, 'pixel')}"
         raise InputError(f"{where} has run lengths that do not add up to {pixels}. {_RLE_REMEDY}")
-    ends = np.cumsum(runs)
-    inside = np.flatnonzero(runs[1::2]) * 2 + 1
-    if inside.size == 0:
-        return None
-    # only the columns from the first pixel to the last
-    left, right = int(ends[inside[0] - 1]) // height, (int(ends[inside[-1]]) - 1) // height + 1
-    ends = np.clip(ends, left * height, right * height)
-    clipped = ends - np.concatenate(([left * height], ends[:-1]))
-    mask = np.repeat(np.arange(len(runs)) % 2 == 1, clipped).reshape(right - left, height).T
-    return cropped(mask, left=left)
+    return cropped(np.repeat(np.arange(len(runs)) % 2 == 1, runs).reshape(width, height).T)
 
 
 def _from_text(text: str, where: str, pixels: int) -> NDArray[np.int64]:

@@ -11,8 +11,7 @@ from ..data.frame import InputFile, RGBDFrame
 from ..errors import InputError
 from ..run.record import read_record
 from ..run.replaying import Replay, replay
-from ..sources.frame_ref import FrameRef
-from ..sources.own_results import RECORD_FILE, is_result_folder
+from ..sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ..sources.reading import read_frame
 from ..sources.reading_options import AS_STATED
 from .sources import MissingSource, Places, located

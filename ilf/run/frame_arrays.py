@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .._runtime.files import is_address
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError
-from ..sources.own_results import is_shards
+from ..sources.frame_ref import is_shards
 from ..sources.reading import read_frame
 from ..sources.source import Source, open_source
 from .options import RECORD_FILE

@@ -11,7 +11,7 @@ from ..data.frame import RGBDFrame
 from ..data.points import AXES
 from ..errors import ParameterError
 from ..io.clouds import UNITS_PER_METRE
-from ..sources.own_results import RECORD_FILE
+from ..sources.frame_ref import RECORD_FILE
 from . import files
 from .formats import FORMATS
 from .run import Run

@@ -23,9 +23,9 @@ from ..io.images import read_colour
 from ..io.labels import read_mask
 from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
+from ..sources.frame_ref import is_shards
 from ..sources.named_places import named_in
 from ..sources.opening import is_recording, opened
-from ..sources.own_results import is_shards
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files

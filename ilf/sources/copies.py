@@ -18,7 +18,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any, TypeVar
 
 from .._runtime.addresses import Address, RemoteFiles, cache_folder
@@ -54,30 +54,23 @@ def _remove_stale_folders(root: str, prefix: str) -> None:
         remove(folder)
 
 
-# Recordings whose files are compressed: unpacked for a while, or the command that unpacks them for good.
+# Recordings whose files are compressed, unpacked for a while.
 
-_COMMANDS = {
-    **dict.fromkeys((".zst", ".zstd"), "zstd -d {} -o {}"),
-    ".lz4": "lz4 -d {} {}",
-    **{f".{name}": program + " -dk {}" for name, program in (("gz", "gzip"), ("bz2", "bzip2"), ("xz", "xz"))},
-    ".zip": "unzip {}",
-}
 _ZSTD = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
 _CHUNK = 2**22
 _LARGEST_RATIO, _LARGEST = 200, 2**26
 """What is unpacked may have so many times the size of what was packed, or so many bytes."""
 
 
-def unpacking_command(path: PurePath | str) -> str:
-    """The command that unpacks a compressed file; "" for others.
+def unpacking_command(path: Path) -> str:
+    """The command that unpacks a file that zstd has compressed.
 
     Examples
     --------
-    >>> unpacking_command("desk.mcap.zst"), unpacking_command("desk.mcap")
-    ('zstd -d desk.mcap.zst -o desk.mcap', '')
+    >>> unpacking_command(Path("desk.mcap.zst"))
+    'zstd -d desk.mcap.zst -o desk.mcap'
     """
-    stem, dot, suffix = str(path).rpartition(".")
-    return _COMMANDS.get(f"{dot}{suffix.lower()}", "").format(shlex.quote(str(path)), shlex.quote(stem))
+    return f"zstd -d {shlex.quote(str(path))} -o {shlex.quote(str(path.with_suffix('')))}"
 
 
 @contextmanager

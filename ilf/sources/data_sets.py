@@ -1,4 +1,4 @@
-"""Frames of data sets whose files state how each is read: BOP, SUN RGB-D, and lists by time as of the TUM benchmark."""
+"""Frames of data sets whose files state how each is read: SUN RGB-D, and lists by time as of the TUM benchmark."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, told_as
-from ..io.cameras import CAMERA_FILE, read_cameras
 from .file_patterns import Folders
 from .frame_ref import FrameRef
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
@@ -22,27 +21,6 @@ from .times import TimedPairs
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"
-_BOP_COLOUR_FOLDERS = "gray", "rgb"
-"""Of two images of one number, that of the last folder counts."""
-
-
-def bop_frames(root: str | Path, given: ReadingOptions) -> list[FrameRef]:
-    """The frames of a BOP scene that have colour and depth, by number; each has its own intrinsics and scale."""
-    cameras = read_cameras(Path(root) / CAMERA_FILE)
-    folders = [Path(root) / name for name in _BOP_COLOUR_FOLDERS]
-    colours = {number: path for folder in folders for number, path in _numbered(folder, COLOUR_SUFFIXES)}
-    found = []
-    for number, path in _numbered(Path(root) / "depth", DEPTH_FILE_SUFFIXES):
-        if number in colours and number in cameras:
-            camera, scale = cameras[number]
-            options = given.or_else(ReadingOptions(depth_units=1000 / scale, intrinsics=camera))
-            found.append(FrameRef(str(colours[number]), str(path), options=options))
-    return found
-
-
-def _numbered(folder: Path, suffixes: tuple[str, ...]) -> list[tuple[int, Path]]:
-    """Files that are named by numbers, with these."""
-    return [(int(path.stem), path) for path in _files(folder, suffixes) if path.stem.isdecimal()]
 
 
 def is_sun(files: Collection[str], folders: Collection[str]) -> bool:
@@ -133,21 +111,7 @@ def read_time_list(path: Path) -> dict[str, tuple[float, str]]:
     FormatError
         If a line has other content, or a file is listed twice.
     """
-    with told_as(FormatError, f"{path} is not a text file ({{error}}). Export the list again.", UnicodeDecodeError):
-        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
-    found = []
-    for number, line in enumerate(lines, 1):
-        words = line.strip("\ufeff \t").split(maxsplit=1)
-        if not words or words[0].startswith("#"):
-            continue
-        told = f"{path}, line {number} must be a time and a file, not {line!r:.80}."
-        with told_as(FormatError, told, (ValueError, IndexError)):
-            time, name = float(words[0]), words[1].strip().replace("\\", "/")
-            if not (math.isfinite(time) and _is_file_name(name)):
-                raise ValueError
-        found.append((time, name))
-    _check_unique(path, (name for _, name in found))
-    return {name: (time, name) for time, name in found}
+    return {name: (time, name) for ((time, name),) in _timed_files(path, 1)}
 
 
 def read_associations(path: Path) -> list[tuple[float, str, str]]:
@@ -159,18 +123,31 @@ def read_associations(path: Path) -> list[tuple[float, str, str]]:
         As `read_time_list`.
     """
     found = []
-    for time, rest in read_time_list(path).values():
-        words = rest.split()
-        told = f"a line must be a time and a file for colour and for depth, not {time:g} {rest!r:.80}"
-        with told_as(FormatError, f"{path}: {told}.", (ValueError, IndexError)):
-            first, (other, second) = words[0], (float(words[1]), words[2])
-            if not (math.isfinite(other) and _is_file_name(first) and _is_file_name(second)):
-                raise ValueError
+    for (time, first), (other, second) in _timed_files(path, 2):
         is_depth_first = "depth" in first.lower() and "depth" not in second.lower()
         found.append((other, second, first) if is_depth_first else (time, first, second))
     if not found:
         raise FormatError(f"{path} lists no files. Export the list again.")
-    _check_unique(path, (name for _, rgb, depth in found for name in (rgb, depth)))
+    return found
+
+
+def _timed_files(path: Path, count: int) -> list[list[tuple[float, str]]]:
+    """The times [s] and files of each line of a list, so many in a line."""
+    with told_as(FormatError, f"{path} is not a text file ({{error}}). Export the list again.", UnicodeDecodeError):
+        lines = read_file(path).data.tobytes().decode("utf-8").splitlines()
+    found = []
+    for number, line in enumerate(lines, 1):
+        text = line.strip("\ufeff \t").replace("\\", "/")
+        if not text or text.startswith("#"):
+            continue
+        words = text.split(maxsplit=1) if count == 1 else text.split()  # the last name may have blanks
+        told = f"{path}, line {number} must be {' and '.join(count * ['a time and a file'])}, not {line!r:.80}."
+        with told_as(FormatError, told, (ValueError, IndexError)):
+            files = [(float(words[2 * at]), words[2 * at + 1].strip()) for at in range(count)]
+            if not all(math.isfinite(time) and _is_file_name(name) for time, name in files):
+                raise ValueError
+        found.append(files)
+    _check_unique(path, (name for files in found for _, name in files))
     return found
 
 

@@ -46,6 +46,10 @@ class Folders:
             pass
         return sorted(files), sorted(folders)
 
+    def inside(self, folder: str) -> list[str]:
+        """The folders in a folder, relative to the root."""
+        return [f"{folder}/{name}" if folder else name for name in self.content(folder)[1]]
+
 
 def is_folder(entry: os.DirEntry[str]) -> bool:
     """Whether an entry is a folder; False for a link that leads nowhere, which must not prevent listing the others."""
@@ -146,8 +150,8 @@ def _walk(
 def _below(folders: Folders, folder: str, levels: int) -> Iterator[str]:
     """A folder and those in it, up to a number of levels."""
     yield folder
-    for name in folders.content(folder)[1] if levels else ():
-        yield from _below(folders, f"{folder}/{name}" if folder else name, levels - 1)
+    for inner in folders.inside(folder) if levels else ():
+        yield from _below(folders, inner, levels - 1)
 
 
 @cache

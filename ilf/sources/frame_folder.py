@@ -18,7 +18,7 @@ from ..data.camera import as_camera, checked_transform
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, one_line, told_as
 from ..io.depth import write_depth
-from ..io.encodings import encoding_of, needs_scene, single_encoding
+from ..io.encodings import EncodingSpec, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
 from .named_places import NotAllowed, first_allowed, named_in
@@ -119,9 +119,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
     rgb = _named_image(root, stated.rgb, stated.run) or _image_in(root, "rgb", COLOUR_SUFFIXES)
     named_depth, dataset = split_dataset(stated.depth or "")
-    hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
-    hint = hint if os.path.isfile(root / "gt.png") else ""
-    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
+    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES)
     description, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
     truth = _ground_truth_in(root, description)
     options = replace(
@@ -135,7 +133,23 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     return FrameFiles(rgb, depth, stated.name, options, size, outside_view, has_meta)
 
 
-class Meta(msgspec.Struct, kw_only=True):
+class StatedDepth(msgspec.Struct, kw_only=True):
+    """How depth is stored, by a file of JSON beside it."""
+
+    depth_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    depth_encoding: str | float | None = None
+    depth_invalid: float | None = None
+
+    @property
+    def encoding(self) -> EncodingSpec | None:
+        """The encoding; raises InputError or ParameterError if it is none, or is stated twice."""
+        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
+        if spec is not None and not needs_scene(spec):
+            encoding_of(spec)
+        return spec
+
+
+class Meta(StatedDepth, kw_only=True):
     """What meta.json states, see `frame_folder`."""
 
     name: str
@@ -147,10 +161,7 @@ class Meta(msgspec.Struct, kw_only=True):
     outside_view: str | None = None
     run: str | None = None
     size: tuple[int, int] | None = None
-    depth_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
     gt_units_per_m: Annotated[float, msgspec.Meta(gt=0)] | None = None
-    depth_encoding: str | float | None = None
-    depth_invalid: float | None = None
     min_confidence: float | None = None
     K: Any = None
     pose: Any = None
@@ -158,12 +169,10 @@ class Meta(msgspec.Struct, kw_only=True):
     @property
     def options(self) -> ReadingOptions:
         """The reading options but for files; raises InputError or ParameterError for wrong values."""
-        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
-        if spec is not None and not needs_scene(spec):
-            encoding_of(spec)
+        encoding, units = self.encoding, self.depth_units_per_m
         return ReadingOptions(
-            encoding=self.depth_encoding,
-            depth_units=self.depth_units_per_m,
+            encoding=encoding if units is None else None,
+            depth_units=units,
             invalid=self.depth_invalid,
             min_confidence=self.min_confidence,
             intrinsics=None if self.K is None else as_camera({"K": self.K}, None),
@@ -238,12 +247,12 @@ def _recorded_colour_sha256(record: Path) -> str:
         return ""
 
 
-def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") -> Path:
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path:
     if path := _found(root, stem, suffixes):
         return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
-    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.")
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:

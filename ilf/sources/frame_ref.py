@@ -1,4 +1,4 @@
-"""A reference to a frame: where its files are and how they are read."""
+"""A reference to a frame: where its files are and how they are read, and whether this program has completed it."""
 
 from __future__ import annotations
 
@@ -9,12 +9,24 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Self
 
-from .._runtime.files import absolute, split_dataset, with_dataset
+from .._runtime.files import absolute, is_address, read_json, split_dataset, with_dataset
+from .._runtime.folders import folder_at
 from .._runtime.schema import Section
 from ..data.frame import FrameInputs
+from ..errors import InputError
 from .named_places import NotAllowed, named_in
 from .naming import name_from_path, recorded_frame_name
 from .reading_options import AS_STATED, ReadingOptions
+
+RECORD_FILE = "run.json"
+"""File of the record of a run, beside its results."""
+
+SHARDS_FILE = "shards.json"
+"""File of a folder of shards that states what they contain."""
+
+COMPLETED_DEPTH = (
+    "the depth was completed by ILF Studio, so that filled depth counts as measured. Give the frame that was completed."
+)
 
 
 @dataclass(frozen=True)
@@ -105,3 +117,34 @@ class FrameRef:
         if refused:
             raise NotAllowed(*refused)
         return found
+
+
+# Results of this program, whose depth was completed, beside measured frames.
+
+
+def is_shards(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder or an address contains shards, finished or not."""
+    return folder_at(path).exists(SHARDS_FILE)
+
+
+def is_result_folder(ref: FrameRef) -> bool:
+    """Whether a frame is a folder with the result and the record of a run."""
+    return ref.depth is None and ref.frame is None and is_result(ref)
+
+
+def is_result(ref: FrameRef) -> bool:
+    """Whether the depth of a frame was completed by this program, so that not all of it was measured. False at
+    addresses."""
+    if ref.frame is not None:
+        return not is_address(ref.rgb) and is_shards(ref.rgb)
+    record = os.path.join(ref.rgb if ref.depth is None else os.path.dirname(ref.depth), RECORD_FILE)
+    if is_address(record) or not os.path.isfile(record):
+        return False
+    if ref.depth is None:
+        return True
+    try:
+        data = read_json(record)
+    except InputError:
+        return False
+    outputs = data.get("outputs") if isinstance(data, dict) else None
+    return isinstance(outputs, dict) and os.path.basename(ref.depth) in outputs

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import cast
 
-from .._runtime.formatting import counted, natural
+from .._runtime.formatting import natural
 from ..data.camera import is_preset
 from ..errors import InputError
 from ..io.camera_files import ENTRY_MARK, read_camera_file
@@ -21,9 +21,8 @@ from .file_patterns import File, Folders, alternatives, files_like, filled, plac
 from .frame_ref import FrameRef
 from .layout import GIVEN, LIST_SUFFIX, Layout
 from .named_places import named_in
-from .pairing import Pairs
 from .reading_options import AS_STATED, ReadingOptions
-from .trajectories import Trajectory, as_camera_to_world, image_name, read_trajectory
+from .trajectories import as_camera_to_world, image_name, read_trajectory
 
 _BOP_SCALE = 0.01, 20.0
 """Range of the depth_scale [mm] of BOP's data sets."""
@@ -41,13 +40,8 @@ _OPTIONS = {
 }
 """Key of a layout's further files -> the reading option that they give."""
 
-
-class _Frame(NamedTuple):
-    """Paths of colour and depth relative to the opened folder, and the text of each placeholder."""
-
-    rgb: str
-    depth: str
-    texts: Mapping[str, str]
+_Frame = tuple[str, str, dict[str, str]]
+"""Paths of colour and depth relative to the opened folder, and the text of each placeholder."""
 
 
 class LayoutFrames:
@@ -63,12 +57,15 @@ class LayoutFrames:
     def __init__(self, layout: Layout, folders: Folders) -> None:
         self._layout, self._folders = layout, folders
         self._camera_file, self._shared = cache(read_camera_file), cache(self._found_above)
-        self._trajectories: dict[str, Trajectory] = {}
-        self._colours, self._depths = self._files(layout.rgb, is_depth=False), self._files(layout.depth, is_depth=True)
-        self.unmatched = Pairs([], 0, 0)
-        """Numbers of colour and depth files without the other."""
-        self.frames = self._frames()
-        """Colour and depth files that belong together."""
+        self._trajectory = cache(read_trajectory)
+        is_plain = (layout.pose_maps, layout.pose_axes) == ("camera-to-world", "y-down")
+        self._are_poses_files = is_plain and any(_names(layout.pose))
+        """Whether each frame has a file of its pose that can be read as it is."""
+        files = self._files(layout.rgb), self._files(layout.depth, is_depth=True)
+        self.counts = tuple(map(len, files))
+        """Numbers of files that match the patterns of colour and depth."""
+        self.unmatched, self.frames = (0, 0), self._matched(*files) if all(files) else []
+        """Numbers of colour and depth files without the other; those that belong together."""
         self.not_found: tuple[str, ...] = ()
         """Keys of the layout of whose files none was found, after `sources`."""
 
@@ -86,12 +83,12 @@ class LayoutFrames:
         stated_in = root if any(one.endswith(LIST_SUFFIX) for text in patterns for one in alternatives(text)) else None
         sources = [
             FrameRef(
-                os.path.join(root, frame.rgb),
-                os.path.join(root, frame.depth),
-                options=given.or_else(self._options(frame, pose, given)),
+                os.path.join(root, rgb),
+                os.path.join(root, depth),
+                options=given.or_else(self._options((rgb, depth, texts), pose, given)),
                 stated_in=stated_in,
             )
-            for frame, pose in zip(self.frames, self._poses(self.frames), strict=True)
+            for (rgb, depth, texts), pose in zip(self.frames, self._poses(), strict=True)
         ]
         self.not_found = tuple(
             f"{key}={text}"
@@ -100,28 +97,20 @@ class LayoutFrames:
         )
         return sources
 
-    @property
-    def counts(self) -> str:
-        """How many files match the patterns of colour and depth, for messages."""
-        files = (self._layout.rgb, self._colours), (self._layout.depth, self._depths)
-        told = [f"{text} matches {counted(len(found), 'file')}" for text, found in files]
-        return f"{' and '.join(told)}, of which none belong together"
-
-    def _frames(self) -> list[_Frame]:
-        colours, depths = self._colours, self._depths
-        if not (colours and depths):
-            return []
+    def _matched(self, colours: list[File], depths: list[File]) -> list[_Frame]:
+        """Colour and depth files whose shared placeholders have the same text."""
         shared = colours[0][1].keys() & depths[0][1].keys()
         of_colour, of_depth = dict[tuple[str, ...], File](), dict[tuple[str, ...], File]()
         for by_key, files in ((of_colour, colours), (of_depth, depths)):
             for path, texts in files:
                 by_key.setdefault(tuple(texts[name] for name in shared), (path, texts))
         both = [(*of_colour[key], *of_depth[key]) for key in of_colour if key in of_depth]
-        self.unmatched = Pairs([], len(of_colour) - len(both), len(of_depth) - len(both))
-        frames = [_Frame(rgb, depth, others | texts) for rgb, texts, depth, others in both]
-        return sorted(frames, key=lambda frame: natural(frame.rgb))
+        self.unmatched = len(of_colour) - len(both), len(of_depth) - len(both)
+        return sorted(
+            ((rgb, depth, others | texts) for rgb, texts, depth, others in both), key=lambda one: natural(one[0])
+        )
 
-    def _files(self, text: str, is_depth: bool) -> list[File]:
+    def _files(self, text: str, is_depth: bool = False) -> list[File]:
         """The files that match a pattern, or that the file it names lists, each once."""
         found: dict[str, dict[str, str]] = {}
         for one in alternatives(text):
@@ -132,7 +121,7 @@ class LayoutFrames:
 
     def _listed(self, path: str, texts: dict[str, str], is_depth: bool) -> Iterator[File]:
         """The images, or their depth files, in a list of images."""
-        folder, files = os.path.dirname(path), self._trajectory(path).depth_files
+        folder, files = os.path.dirname(path), self._trajectory(Path(self._folders.root, path)).depth_files
         stems = Counter(map(_stem, files))
         for image, depth in files.items():
             if file := depth if is_depth else image:
@@ -142,7 +131,7 @@ class LayoutFrames:
     # What belongs to a frame besides colour and depth.
 
     def _options(self, frame: _Frame, pose: str | tuple[float, ...] | None, given: ReadingOptions) -> ReadingOptions:
-        layout = self._layout
+        layout, (_, depth, texts) = self._layout, frame
         camera, depth_camera = (
             self._camera(text, frame) if stated is None else stated
             for text, stated in ((layout.K, given.intrinsics), (layout.depth_K, given.depth_intrinsics))
@@ -150,15 +139,25 @@ class LayoutFrames:
         is_one = layout.depth_K and layout.depth_K == layout.K  # camera, whose images differ in size
         if is_one and given.depth_intrinsics is None:
             depth_camera = camera
-        units, encoding = self._units(frame), layout.encoding
-        scale = camera.get("depth_scale") if isinstance(camera, Mapping) and frame.depth.endswith(".png") else None
+        units, encoding, file = layout.units, layout.encoding, self._beside(layout.pose, texts)
+        if (
+            file is not None
+            and not self._are_poses_files
+            and (stated := self._trajectory(Path(file)).depth_units) is not None
+        ):
+            units = stated
+        scale = camera.get("depth_scale") if isinstance(camera, Mapping) and depth.endswith(".png") else None
         if units is None and isinstance(scale, int | float) and scale > 0:
             # BOP states millimetres per unit, librealsense metres per unit, Open3D the reverse
-            units = 1000 / scale if _BOP_SCALE[0] <= scale <= _BOP_SCALE[1] else max(scale, 1 / scale)
+            is_of_bop = encoding == "bop" or _BOP_SCALE[0] <= scale <= _BOP_SCALE[1]
+            units, encoding = 1000 / scale if is_of_bop else max(scale, 1 / scale), None
         if layout.distance == "ray":
-            ray_camera = depth_camera if camera is None or depth_camera is not None else camera
-            units, encoding = None, _ray(ray_camera, units or 1.0)
-        truth = self._beside(layout.truth, frame)
+            if (of_depth := camera if depth_camera is None else depth_camera) is None:
+                raise InputError(
+                    "Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there."
+                )
+            units, encoding = None, ray_encoding(units or 1.0, sized_camera(of_depth))
+        truth = self._beside(layout.truth, texts)
         return ReadingOptions(
             encoding=encoding,
             depth_units=units,
@@ -169,25 +168,17 @@ class LayoutFrames:
             depth_intrinsics=depth_camera,
             ground_truth=truth,
             ground_truth_units=None if truth is None else layout.truth_units,
-            confidence=self._beside(layout.confidence, frame),
+            confidence=self._beside(layout.confidence, texts),
             pose=pose,
         )
 
-    def _units(self, frame: _Frame) -> float | None:
-        """The units per metre of depth: those that the file of the poses states, or the layout's."""
-        trajectory = self._trajectories.get(self._beside(self._layout.pose, frame) or "")
-        stated = None if trajectory is None else trajectory.depth_units
-        return self._layout.units if stated is None else stated
-
-    def _beside(self, text: str, frame: _Frame) -> str | None:
+    def _beside(self, text: str, texts: dict[str, str]) -> str | None:
         """The absolute path of another file of the layout, in the folders that {} stands for; one for several frames
         may also lie above. None if there is none."""
-        if not text:
-            return None
-        scene = frame.texts.get("", "")
+        scene = texts.get("", "")
         if any(_names(text)):
-            return self._existing(text, os.path.join(self._folders.root, scene), frame.texts)
-        return self._shared(text, scene)
+            return self._existing(text, os.path.join(self._folders.root, scene), texts)
+        return self._shared(text, scene) if text else None
 
     def _found_above(self, text: str, scene: str) -> str | None:
         """The path of a file for several frames, in the folder of their scene or above."""
@@ -202,44 +193,33 @@ class LayoutFrames:
             paths = (named_in(path, self._folders.root) for path in paths)
         return next((path for path in paths if os.path.exists(path)), None)
 
-    def _camera(self, texts: str, frame: _Frame) -> IntrinsicsSpec | None:
-        """The intrinsics that a layout's text states, or those of the file that it names."""
-        found = (self._camera_of(text, frame) for text in texts.split("|") if text)
-        return next((camera for camera in found if camera is not None), None)
+    def _camera(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
+        """The intrinsics that a layout's text states, or those of the file that it names: of several, the first."""
+        rgb, _, texts = frame
+        for one in filter(None, text.split("|")):
+            if is_preset(one) or is_numbers(one):
+                return one
+            pattern, _, entry = one.partition(ENTRY_MARK)
+            if (path := self._beside(pattern, texts)) is None:
+                continue
+            if pattern != self._layout.pose:
+                return self._camera_file(Path(path), filled(entry, texts) if entry else "")
+            if (camera := self._trajectory(Path(path)).camera(rgb)) is not None:
+                return cast("IntrinsicsSpec", camera)
+        return None
 
-    def _camera_of(self, text: str, frame: _Frame) -> IntrinsicsSpec | None:
-        if is_preset(text) or is_numbers(text):
-            return text
-        pattern, _, entry = text.partition(ENTRY_MARK)
-        path = self._beside(pattern, frame)
-        if path is None:
-            return None
-        if pattern == self._layout.pose:
-            return cast("IntrinsicsSpec | None", self._trajectory(path).camera(frame.rgb))
-        return self._camera_file(Path(path), filled(entry, frame.texts) if entry else "")
-
-    def _trajectory(self, path: str) -> Trajectory:
-        path = os.path.join(self._folders.root, path)
-        found = self._trajectories.get(path)
-        if found is None:
-            found = self._trajectories[path] = read_trajectory(Path(path))
-        return found
-
-    def _poses(self, frames: list[_Frame]) -> list[str | tuple[float, ...] | None]:
+    def _poses(self) -> Iterator[str | tuple[float, ...] | None]:
         """The pose of each frame: the path of its file, if that can be read as it is, or the numbers of its matrix."""
-        text, layout = self._layout.pose, self._layout
-        paths = [self._beside(text, frame) for frame in frames]
-        is_plain = (layout.pose_maps, layout.pose_axes) == ("camera-to-world", "y-down")
-        if is_plain and any(_names(text)):
-            return list(paths)
+        layout, paths = self._layout, [self._beside(self._layout.pose, texts) for *_, texts in self.frames]
+        if self._are_poses_files:
+            yield from paths
+            return
         counts, places = Counter(paths), Counter[str | None]()
-        found: list[str | tuple[float, ...] | None] = []
-        for frame, path in zip(frames, paths, strict=True):
-            pose = None if path is None else self._trajectory(path).pose(frame.rgb, places[path], counts[path])
+        for (rgb, *_), path in zip(self.frames, paths, strict=True):
+            pose = None if path is None else self._trajectory(Path(path)).pose(rgb, places[path], counts[path])
             places[path] += 1
             pose = as_camera_to_world(pose, layout.pose_maps, layout.pose_axes)
-            found.append(None if pose is None else tuple(pose.ravel().tolist()))
-        return found
+            yield None if pose is None else tuple(pose.ravel().tolist())
 
 
 def _stem(path: str) -> str:
@@ -250,10 +230,3 @@ def _stem(path: str) -> str:
 def _names(text: str) -> tuple[str, ...]:
     """The placeholders of all alternatives of a pattern."""
     return tuple(name for one in alternatives(text) for name in placeholders(one))
-
-
-def _ray(camera: IntrinsicsSpec | None, units: float) -> str:
-    """The encoding of distances along the rays of a camera."""
-    if camera is None:
-        raise InputError("Depth along the ray needs the camera's intrinsics, whose file K is missing. Put it there.")
-    return ray_encoding(units, sized_camera(camera))

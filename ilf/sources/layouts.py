@@ -79,17 +79,13 @@ def scenes(folders: Folders) -> Iterator[str]:
     for _ in range(MAX_LEVELS + 1):
         if first is not None:
             yield first
-            first = next(iter(_inside(folders, first)), None)
-    level, left = _inside(folders, ""), _MAX_SCENES
+            first = next(iter(folders.inside(first)), None)
+    level, left = folders.inside(""), _MAX_SCENES
     while level and left > 0:
         level = level[:left]
         yield from level
         left -= len(level)
-        level = [inner for folder in level for inner in _inside(folders, folder)]
-
-
-def _inside(folders: Folders, folder: str) -> list[str]:
-    return [f"{folder}/{name}" if folder else name for name in folders.content(folder)[1]]
+        level = [inner for folder in level for inner in folders.inside(folder)]
 
 
 def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | Iterator[str]) -> Iterator[Layout]:
@@ -112,14 +108,10 @@ def fitting(folders: Folders, layouts: Sequence[Layout], below: Sequence[str] | 
                 yield layout
 
 
-def _wanted(layout: Layout) -> list[str]:
-    """The patterns without which a folder does not fit a layout."""
-    return [layout.rgb, layout.depth, *layout.needs]
-
-
 def _lacking(folders: Folders, layout: Layout, below: str) -> list[str]:
-    """The patterns of `_wanted` that nothing in a folder matches."""
-    return [text for text in _wanted(layout) if not _is_there(folders, text, below)]
+    """The patterns without which a folder does not fit a layout, and that nothing in it matches."""
+    wanted = layout.rgb, layout.depth, *layout.needs
+    return [text for text in wanted if not _is_there(folders, text, below)]
 
 
 def _is_there(folders: Folders, text: str, below: str) -> bool:
@@ -133,7 +125,7 @@ def nearest_layout(folders: Folders) -> str:
         for layout in all_layouts():
             lacking = _lacking(folders, layout, folder)
             others = [text for text in (layout.truth, layout.confidence, layout.K, layout.pose) if text]
-            there = [text for text in _wanted(layout) if text not in lacking]
+            there = [text for text in (layout.rgb, layout.depth, *layout.needs) if text not in lacking]
             there += [text for text in others if _is_there(folders, text, folder)]
             told = [text for text in there if not text.removeprefix("{}/").startswith("*.")]
             if len(told) > best[0] and lacking:

@@ -11,23 +11,22 @@ from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
 from .._runtime.formatting import counted, natural
 from ..errors import InputError, ParameterError, cause
-from ..io.cameras import CAMERA_FILE
-from ..io.kinds import kind_at
+from ..io.kinds import UNPACK, kind_at
 from .copies import address_of, names_at, restored
-from .data_sets import bop_frames, has_time_lists, is_sun, sun_frame, timed_frames
+from .data_sets import has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
 from .frame_folder import is_frame_folder
-from .frame_ref import FrameRef
+from .frame_ref import FrameRef, is_result
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .named_places import note_opened
 from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
-from .own_results import is_result
 from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
 from .reading_options import AS_STATED, ReadingOptions
+from .times import left_out
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""
@@ -38,7 +37,7 @@ _DEPTH_FOLDERS = ("depth", "depths")
 SUPPORTED_FOLDER_LAYOUTS = (
     f"A folder of frames contains a folder for each frame, with {META_NAME} and images, or with rgb.png and depth.png; "
     "folders rgb and depth with files of the same names or numbers; files such as 0001_rgb.png and 0001_depth.png; "
-    "rgb.txt and depth.txt, which list files by time; scenes of BOP, frames of SUN RGB-D or raw files of NYU Depth; or "
+    "rgb.txt and depth.txt, which list files by time; frames of SUN RGB-D or raw files of NYU Depth; or "
     "a layout of the table (`ilf info --layouts`), or one that you give (--layout)."
 )
 
@@ -74,7 +73,7 @@ def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STA
 
     A folder may contain a folder for each frame; a folder of colour and one of depth, matched by names or numbers, or
     by time where names are times; colour and depth files side by side; or lists of both by time, whose depth has 5000
-    units per metre by default. Scenes of BOP, frames of SUN RGB-D, and folders that a layout of the table fits
+    units per metre by default. Frames of SUN RGB-D, and folders that a layout of the table fits
     (`ilf.sources.layouts`) are read with the options of these data sets. A frame folder is listed as a single frame.
     Recordings (see `ilf.open_source`) contain their frames, which are not decoded.
 
@@ -165,8 +164,6 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if has_time_lists(files):
         sources, times, notes = timed_frames(root, files, given, max_gap)
         return Listing(tuple(sources), notes, times, layout="lists of files by time, as in the TUM benchmark")
-    if CAMERA_FILE in files:
-        return _of_scenes(root, [root], given)
     if is_sun(files, inside) and len(folders.content("image")[0]) == 1:  # SUN3D has sequences of such names
         return Listing((sun_frame(root, given),), layout="frames of SUN RGB-D")
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), [""])):
@@ -175,16 +172,14 @@ def _of_folder(root: Path, given: ReadingOptions, max_gap: float) -> Listing:
     if pairs:
         refs = [_of_pair(rgb, depth, given, pairs) for rgb, depth in pairs]
         return _of_measured(refs, pair_notes, "colour and depth files in pairs")
-    if scenes_inside := [root / name for name in inside if os.path.isfile(root / name / CAMERA_FILE)]:
-        return _of_scenes(root, sorted(scenes_inside, key=lambda path: natural(path.name)), given)
     if found := _by_layout(folders, given, fitting(folders, all_layouts(), scenes(folders))):
         return found
     frames = {name: _frame_in(folders, name, given) for name in sorted(inside, key=natural)}
     if refs := [ref for ref in frames.values() if ref is not None]:
         empty = [name for name, ref in frames.items() if ref is None]
         why = f"there is no matching colour and depth file, or more than one ({_first_names(empty)})"
-        left_out = [f"{counted(len(empty), 'folder')} left out: {why}."] if empty else []
-        return _of_measured(refs, left_out, "a folder for each frame")
+        empty_notes = [f"{counted(len(empty), 'folder')} left out: {why}."] if empty else []
+        return _of_measured(refs, empty_notes, "a folder for each frame")
     told = f"{root} contains no frames: {why_none}"
     if not why_none:
         told = f"{root} contains no frames. {nearest_layout(folders)} {SUPPORTED_FOLDER_LAYOUTS}"
@@ -218,21 +213,14 @@ def _check_folder(folder: Path) -> None:
         os.scandir(folder).close()
     except NotADirectoryError:
         open_file(folder).close()  # a pipe or a device is named as such
-        kind = kind_at(folder) or ("a file",)
-        told = f"{folder} is {kind[0]}, but not a recording that is read ({', '.join(recording_suffixes())}). Give such"
-        raise InputError(source_plugins().with_notes(f"{told} one, or the folder that contains the frames.")) from None
+        kind, remedy = kind_at(folder) or ("a file", "")
+        remedy = remedy if remedy == UNPACK else "Give such one, or the folder that contains the frames."
+        told = f"{folder} is {kind}, but not a recording that is read ({', '.join(recording_suffixes())}). {remedy}"
+        raise InputError(source_plugins().with_notes(told)) from None
     except FileNotFoundError:
         raise InputError(f"{folder}: there is no such folder. Check the name.") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{folder!s:.200}: cannot be read ({cause(error)}). Check its permissions.") from error
-
-
-def _of_scenes(root: Path, scenes: Iterable[Path], given: ReadingOptions) -> Listing:
-    """The frames of scenes of BOP."""
-    found = [source for scene in scenes for source in bop_frames(scene, given)]
-    if not found:
-        raise InputError(f"{root}: none of its BOP scenes has both colour and depth of an image.")
-    return Listing(tuple(found), layout="scenes of BOP")
 
 
 def _side_by_side(folders: Folders, max_gap: float) -> tuple[list[tuple[str, str]], list[str], str]:
@@ -296,7 +284,7 @@ def _by_layout(
     if first is None:
         return None
     layout, listed, sources = first
-    notes = [*([layout.note] if layout.note else []), *listed.unmatched.notes("of that name")]
+    notes = [*([layout.note] if layout.note else []), *left_out(*listed.unmatched, "of that name")]
     if is_given and listed.not_found:
         notes.append(f"There is no file {' and no '.join(listed.not_found)}: frames are read without.")
     if others := ", ".join(other.text for other, listed in tried if listed.frames):
@@ -312,5 +300,9 @@ def _by_given_layout(root: Path, given: ReadingOptions, layouts: Sequence[Layout
         return found
     fits = next(fitting(folders, all_layouts(), scenes(folders)), None)
     hint = nearest_layout(folders) if fits is None else f"It fits the layout {fits.text}: leave --layout out."
-    told = "; ".join(f"{layout.text}: {LayoutFrames(layout, folders).counts}" for layout in layouts)
-    raise InputError(f"{root} contains no frames of the given layout. {told}. {hint}".rstrip())
+    told = []
+    for layout in layouts:
+        counts = zip((layout.rgb, layout.depth), LayoutFrames(layout, folders).counts, strict=True)
+        files = " and ".join(f"{pattern} matches {counted(count, 'file')}" for pattern, count in counts)
+        told.append(f"{layout.text}: {files}, of which none belong together")
+    raise InputError(f"{root} contains no frames of the given layout. {'; '.join(told)}. {hint}".rstrip())

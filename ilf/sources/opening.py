@@ -13,12 +13,13 @@ from pathlib import Path
 from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
 from .._runtime.folders import folder_at
+from .._runtime.plugins import named_in_errors
 from ..errors import FormatError, InputError
 from ..io.kinds import check_is_there
-from .copies import forget_recording, has_copy, recording_copy, reported, spelled, unpacking_command
+from .copies import forget_recording, has_copy, recording_copy, reported, spelled
 from .frame_folder import is_frame_folder
+from .frame_ref import is_shards
 from .naming import CALIBRATION_NAME
-from .own_results import is_shards
 from .plugins import source_plugins
 from .recording import Recording
 
@@ -58,22 +59,16 @@ def kind_of(path: Path) -> type[Recording] | None:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether there is a recording at a path, or at an address that is a file or has shards, by file names alone. A
-    compressed recording counts, although `opened` refuses it."""
+    """Whether there is a recording at a path, or at an address that is a file or has shards, by file names alone."""
     if is_address(path):
         return _is_recording_file(Address(path)) or is_shards(path)
     if is_frame_folder(path) and not os.path.isfile(os.path.join(path, CALIBRATION_NAME)):
         return False
-    return kind_of(Path(path)) is not None or (_is_compressed(path) and os.path.isfile(path))
+    return kind_of(Path(path)) is not None
 
 
 def _is_recording_file(address: Address) -> bool:
-    return address.suffix.lower() in recording_suffixes() or _is_compressed(address)
-
-
-def _is_compressed(path: str | os.PathLike[str]) -> bool:
-    """Whether the name of a file is that of a recording that was compressed as a whole."""
-    return bool(unpacking_command(os.fspath(path))) and Path(Path(path).stem).suffix.lower() in recording_suffixes()
+    return address.suffix.lower() in recording_suffixes()
 
 
 def recording_suffixes() -> tuple[str, ...]:
@@ -92,8 +87,6 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
     FormatError
         If it is damaged.
     """
-    if _is_compressed(path):
-        raise InputError(f"{path} is a compressed recording. Unpack it first: {unpacking_command(os.fspath(path))}")
     if is_address(path):
         with _opened_at(Address(path)) as recording:
             yield recording
@@ -112,7 +105,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Recording]:
             if found.stat().st_size == 0:
                 raise FormatError(f"{found} is empty (0 bytes). Copy or export it again.")
         check_is_there(found)
-        with source_plugins().using(kind) if kind not in built_in_kinds() else nullcontext():
+        plugin = source_plugins().kinds.get(kind) if kind not in built_in_kinds() else None
+        with named_in_errors(plugin) if plugin else nullcontext():
             yield _kept((os.getpid(), str(found), kind.state(found)), lambda: _open_kind(kind, found))
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from .._runtime.formatting import natural
@@ -14,9 +15,6 @@ from .times import associated, gap_text, left_out
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
 _NUMBER = re.compile(r"\d+")
-
-KeyFunction = Callable[[str], str | None]
-"""A function from a name to its matching key; None for names without one."""
 
 
 class Pairs(NamedTuple):
@@ -74,12 +72,16 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
         taken = {*pairs.values()}
         return [name for name in images if name not in pairs], [name for name in depth_names if name not in taken]
 
-    for key_of in (_whole_stem, _stem_without_kind, _stem_without_zeros):
-        more, clashes = _matched(*left(), key_of)
+    keys = {name: _keys(name) for name in (*images, *depth_names)}
+    for step in range(3):
+        more, clashes = _matched(*left(), {name: own[step] for name, own in keys.items()})
         pairs |= more
     are_times = 2 * sum(time_of(name) is not None for name in depth_names) > len(depth_names)
     if not (pairs or clashes or are_times):
-        pairs, _ = _matched(images, depth_names, _last_number)
+        numbers = {name: _NUMBER.findall(_parts(name)[0]) for name in keys}
+        pairs, _ = _matched(
+            images, depth_names, {name: str(int(found[-1])) for name, found in numbers.items() if found}
+        )
         if 2 * len(pairs) <= min(len(images), len(depth_names)):
             pairs = {}
     clashing = {name for clash in clashes for names in clash for name in names}
@@ -89,42 +91,25 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
 
 
 def _matched(
-    colours: Iterable[str], depths: Iterable[str], key_of: KeyFunction
+    colours: Iterable[str], depths: Iterable[str], keys: Mapping[str, str]
 ) -> tuple[dict[str, str], list[tuple[list[str], list[str]]]]:
     """Colour -> depth of the same key; and colours and depths of the keys that several files have."""
-    by_colour, by_depth = _by_key(colours, key_of), _by_key(depths, key_of)
+    by_colour, by_depth = defaultdict[str, list[str]](list), defaultdict[str, list[str]](list)
+    for by_key, names in ((by_colour, colours), (by_depth, depths)):
+        for name in names:
+            if name in keys:
+                by_key[keys[name]].append(name)
     both = [(by_colour[key], by_depth[key]) for key in by_colour.keys() & by_depth.keys()]
     pairs = {one[0]: other[0] for one, other in both if len(one) == len(other) == 1}
     return pairs, [(one, other) for one, other in both if len(one) + len(other) > 2]
 
 
-def _by_key(names: Iterable[str], key_of: KeyFunction) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name in names:
-        key = key_of(name)
-        if key is not None:
-            found.setdefault(key, []).append(name)
-    return found
-
-
-def _whole_stem(name: str) -> str:
-    """A name without its extension and the words that mark colour and depth, with its punctuation and case."""
-    return _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", os.path.splitext(name)[0]))
-
-
-def _stem_without_kind(name: str) -> str | None:
-    """A name without its extension and the words that mark colour and depth."""
-    stem = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", _parts(name)[0]))
-    return "-".join(re.findall(r"[^\W_]+", stem))
-
-
-def _stem_without_zeros(name: str) -> str | None:
-    return _NUMBER.sub(lambda digits: str(int(digits[0])), _stem_without_kind(name) or "")
-
-
-def _last_number(name: str) -> str | None:
-    numbers = _NUMBER.findall(_parts(name)[0])
-    return str(int(numbers[-1])) if numbers else None
+def _keys(name: str) -> tuple[str, str, str]:
+    """A name without its extension and the words that mark colour and depth: as it is; but for punctuation and case;
+    and but for leading zeros of numbers."""
+    whole = _DEPTH_WORD.sub("", _COLOUR_WORD.sub("", os.path.splitext(name)[0]))
+    plain = "-".join(re.findall(r"[^\W_]+", whole.lower()))
+    return whole, plain, _NUMBER.sub(lambda digits: str(int(digits[0])), plain)
 
 
 def _parts(name: str) -> tuple[str, str]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from .._runtime.plugins import FAILURES, SOURCES, entry_points, failure
-from ..errors import IlfError, InputError
 from .layout import Layout
 from .recording import Recording
 
@@ -48,19 +45,6 @@ class SourcePlugins:
                 del self.kinds[kind]
                 self.notes.append(failure(entry, error))
         return None
-
-    @contextmanager
-    def using(self, kind: type[Recording]) -> Iterator[None]:
-        """Within the block, turn what a plugin's kind of recording raises into InputError; the message names the
-        package."""
-        try:
-            yield
-        except IlfError:
-            raise
-        except FAILURES as error:
-            if (entry := self.kinds.get(kind)) is None:
-                raise
-            raise InputError(failure(entry, error)) from error
 
     def with_notes(self, message: str) -> str:
         """A message, followed by the notes."""

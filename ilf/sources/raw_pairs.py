@@ -17,8 +17,9 @@ from .._runtime.schema import converted
 from ..data.camera import Camera, Cameras, checked_transform, lens_of
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.depth import read_depth_values
-from ..io.encodings import encoding_of, packed_channels, single_encoding
+from ..io.encodings import packed_channels
 from ..io.images import read_colour
+from .frame_folder import StatedDepth
 from .naming import CALIBRATION_NAME, META_NAME, by_stem
 from .recording import RecordedFrame, Recording, sha256_of
 
@@ -40,13 +41,10 @@ class _Lens(msgspec.Struct):
     model: str = "pinhole"
 
 
-class _Calibration(msgspec.Struct):
+class _Calibration(StatedDepth, kw_only=True):
     colour: _Lens
     depth: _Lens
     depth_to_colour: list[Any]
-    depth_units_per_m: float | None = None
-    depth_encoding: str | float | None = None
-    depth_invalid: float | None = None
 
 
 class RawPairs(Recording):
@@ -68,10 +66,7 @@ class RawPairs(Recording):
             stated = converted(read_json(self._calibration), _Calibration, "calibration")
             motion = checked_transform(stated.depth_to_colour, "'depth_to_colour'")
             self._cameras = Cameras(_camera(stated.colour), _camera(stated.depth), motion)
-            self._encoding = single_encoding(stated.depth_encoding, stated.depth_units_per_m)
-            self._invalid = stated.depth_invalid
-            if self._encoding is not None:
-                encoding_of(self._encoding)
+            self._encoding, self._invalid = stated.encoding, stated.depth_invalid
         colours, depths = _images(path, _COLOUR, _COLOUR_SUFFIXES), _images(path, _DEPTH, _DEPTH_SUFFIXES)
         self.frames = {key: (colours[key], depths[key]) for key in sorted(colours.keys() & depths.keys())}
         if unmatched := len(colours.keys() ^ depths.keys()):

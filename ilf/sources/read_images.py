@@ -14,8 +14,8 @@ from ..data.camera import DISTORTION_NOTE, Camera, Cameras, camera_doubt, fitted
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import depth_place, frame_camera, lens_from
-from ..io.depth_doubts import is_named_distance
-from ..io.depth_reading import DepthReading, interpret_depth, read_depth
+from ..io.depth_doubts import DepthReading, is_named_distance
+from ..io.depth_reading import interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import read_colour_with_warning, scaled_colour, turned
 from ..io.labels import read_mask
@@ -178,7 +178,7 @@ def read_files(
         raise InputError(f"{files.depth}: {_NO_COLOUR_CAMERA}{read.alternative_encodings}")
     colour_camera, depth_camera = cameras.colour, None if cameras.is_registered else cameras.depth
     lenses = (colour_camera, depth_camera) if chosen.undistort and colour_camera and depth_camera else None
-    of_pair = (turning,) if turning else ()
+    of_pair, moved = (turning,) if turning else (), cameras.depth_to_colour
     inputs = _inputs(
         (str(rgb_file.path), rgb_file.sha256),
         (str(depth_file.path), depth_file.sha256),
@@ -189,7 +189,7 @@ def read_files(
         depth_intrinsics=None if depth_camera is None or lenses is not None else depth_camera.numbers,
         orientations=None if tags == AS_STORED else tags,
         lenses=lenses,
-        depth_to_colour=_moved_by(cameras),
+        depth_to_colour=None if moved is None or np.array_equal(moved, np.eye(4)) else tuple(moved.ravel().tolist()),
     )
     return ReadImages(
         name or files.name,
@@ -327,11 +327,6 @@ def frame_of_images(
         lenses = camera, Camera(*inputs.depth_intrinsics)
     motion = np.eye(4) if inputs.depth_to_colour is None else np.reshape(inputs.depth_to_colour, (4, 4))
     return register(RawPair(colour, metres, *lenses, motion, name, inputs), inputs.view or COLOUR_VIEW)
-
-
-def _moved_by(cameras: Cameras) -> tuple[float, ...] | None:
-    motion = cameras.depth_to_colour
-    return None if motion is None or np.array_equal(motion, np.eye(4)) else tuple(motion.ravel().tolist())
 
 
 # Of a recording.

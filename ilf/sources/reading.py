@@ -17,7 +17,7 @@ from ..data.guide import Gives
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, PathKind, check_kind, told_as, warn_of_reading
 from ..io.cameras import IntrinsicsSpec
-from ..io.depth_reading import DepthReading
+from ..io.depth_doubts import DepthReading
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import (
     NO_CONFIDENCE_MAP,
@@ -32,11 +32,10 @@ from ..io.frame_additions import (
 from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
-from .frame_ref import FrameRef
+from .frame_ref import COMPLETED_DEPTH, FrameRef, is_result
 from .named_places import named_in, note_opened
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
-from .own_results import COMPLETED_DEPTH, is_result
 from .pairing import time_of
 from .read_images import depth_of_files, read_files, read_recorded
 from .reading_options import OPTIONS, ReadingOptions
@@ -232,7 +231,7 @@ def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:
     if ref.depth is not None:
         return two_files(ref.rgb, ref.depth, beside=beside)
     path = Path(ref.rgb)
-    if is_recording(path):
+    if not os.path.isfile(path / META_NAME) and is_recording(path):
         raise InputError(f"{path} is a recording: give the key of one of its frames (--frame; `ilf info` lists them).")
     if os.path.isdir(path):
         return frame_folder(path)

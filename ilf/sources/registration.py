@@ -261,10 +261,10 @@ def projected_depth(
     ndarray of float32, shape (H, W)
         Depth along the axis of `colour` [m] of the nearest surface; NaN where there is none.
     """
-    grid = _sample_grid(camera, _samples(camera, colour))
-    split = cv2.remap(depth, grid.columns, grid.rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
+    matrix, columns, rows, _ = _sample_grid(camera, _samples(camera, colour))
+    split = cv2.remap(depth, columns, rows, cv2.INTER_NEAREST, None, cv2.BORDER_CONSTANT, np.nan)
     samples = np.asarray(split, np.float32)
-    projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(grid.matrix)).astype(np.float32)
+    projection = (colour.matrix @ motion[:3, :3] @ np.linalg.inv(matrix)).astype(np.float32)
     shift = (colour.matrix @ motion[:3, 3]).astype(np.float32)
     across = np.arange(samples.shape[1], dtype=np.float32)
     height, width = colour.shape
@@ -377,35 +377,25 @@ def _places(
 # Samples of a depth image, finer than the pixels of colour.
 
 
-class _SampleGrid:
-    """The undistorted view of the depth camera, on a grid of samples.
-
-    Attributes
-    ----------
-    matrix : ndarray of float64, shape (3, 3)
-        Camera matrix of the grid.
-    columns, rows : ndarray of float32, shape (H, W)
-        Position of each sample in the depth image; the nearest pixel is used.
-    seen : ndarray of uint8, shape (H, W)
-        1 where that is inside the depth image, else 0.
-    """
-
-    def __init__(self, camera: Camera, samples: int) -> None:
-        left, right, top, bottom = _extent(camera)
-        fx, fy = samples * camera.fx, samples * camera.fy
-        # the outermost samples lie half a sample inside the outer pixels' outer sides
-        size = max(round((right - left) * fx), 1), max(round((bottom - top) * fy), 1)
-        _check_size("depth", size)
-        self.matrix = np.array([[fx, 0.0, -left * fx - 0.5], [0.0, fy, -top * fy - 0.5], [0.0, 0.0, 1.0]])
-        columns, rows = places_in_image(camera, self.matrix, size)
-        x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
-        folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera)
-        seen = camera.has(columns, rows) & ~folded
-        columns[~seen] = -2.0
-        self.columns, self.rows, self.seen = read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
+_Grid = tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]
+"""The undistorted view of the depth camera, on a grid (H, W) of samples: camera matrix of the grid, column and row of
+each sample in the depth image, whose nearest pixel is used, and 1 where that is inside the image, else 0."""
 
 
-_sample_grid = lru_cache(maxsize=2)(_SampleGrid)
+@lru_cache(maxsize=2)
+def _sample_grid(camera: Camera, samples: int) -> _Grid:
+    left, right, top, bottom = _extent(camera)
+    fx, fy = samples * camera.fx, samples * camera.fy
+    # the outermost samples lie half a sample inside the outer pixels' outer sides
+    size = max(round((right - left) * fx), 1), max(round((bottom - top) * fy), 1)
+    _check_size("depth", size)
+    matrix = np.array([[fx, 0.0, -left * fx - 0.5], [0.0, fy, -top * fy - 0.5], [0.0, 0.0, 1.0]])
+    columns, rows = places_in_image(camera, matrix, size)
+    x, y = (np.arange(size[0]) + 0.5) / fx + left, (np.arange(size[1]) + 0.5) / fy + top
+    folded = np.hypot(x[None], y[:, None]) > max_ray_tangent(camera)
+    seen = camera.has(columns, rows) & ~folded
+    columns[~seen] = -2.0
+    return matrix, read_only(columns), read_only(rows), read_only(seen.astype(np.uint8))
 
 
 def _check_size(what: str, size: tuple[int, int]) -> None:
@@ -466,7 +456,7 @@ def _projected_samples(
 
 
 def _in_view(
-    grid: _SampleGrid,
+    grid: _Grid,
     depth_view: NDArray[np.bool_] | None,
     colour: Camera,
     motion: NDArray[np.float64],
@@ -474,14 +464,14 @@ def _in_view(
 ) -> NDArray[np.bool_]:
     """Pixels of the colour camera that lie in the depth camera's view at one of these depths [m] along the colour
     camera's axis."""
-    seen = grid.seen
+    matrix, columns, rows, seen = grid
     if depth_view is not None:
-        seen = cv2.remap(depth_view.astype(np.uint8), grid.columns, grid.rows, cv2.INTER_NEAREST)
+        seen = np.asarray(cv2.remap(depth_view.astype(np.uint8), columns, rows, cv2.INTER_NEAREST), np.uint8)
     back = np.linalg.inv(motion)
     found = np.zeros(colour.shape, np.uint8)
     for depth in depths:
         plane = back[:3, :3] + back[:3, 3:] @ np.array([[0.0, 0.0, 1 / depth]])
-        to_fine = grid.matrix @ plane @ np.linalg.inv(colour.matrix)
+        to_fine = matrix @ plane @ np.linalg.inv(colour.matrix)
         flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-        found |= cv2.warpPerspective(seen, to_fine, colour.shape[::-1], flags=flags)
+        found |= np.asarray(cv2.warpPerspective(seen, to_fine, colour.shape[::-1], flags=flags), np.uint8)
     return found.astype(bool)

@@ -111,34 +111,25 @@ class ImageTopic:
         return (beside,) if stream is None else (beside, f"{stream}/info/camera_info")
 
 
-@dataclass(frozen=True)
-class CameraTopics:
-    """Colour and depth topic of one camera."""
+CameraTopics = tuple[ImageTopic, ImageTopic]
+"""Colour and depth topic of one camera."""
 
-    colour: ImageTopic
-    depth: ImageTopic
 
-    @property
-    def is_registered(self) -> bool:
-        """Whether depth has the coordinate frame of colour, or an aligned topic name, and has its size."""
-        same_frame = bool(self.depth.frame_id) and self.depth.frame_id == self.colour.frame_id
-        return self.depth.size == self.colour.size and (same_frame or _is_aligned(self.depth))
+def _is_registered(colour: ImageTopic, depth: ImageTopic) -> bool:
+    """Whether depth has the coordinate frame of colour, or an aligned topic name, and has its size."""
+    same_frame = bool(depth.frame_id) and depth.frame_id == colour.frame_id
+    return depth.size == colour.size and (same_frame or _is_aligned(depth))
 
-    @property
-    def rank(self) -> tuple[object, ...]:
-        """Sort key; the best camera has the smallest."""
-        steps = zip(self.colour.name.split("/"), self.depth.name.split("/"), strict=False)
-        together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
-        sent = sum(topic.base != topic.name for topic in (self.colour, self.depth))
-        fewest = min(self.colour.count, self.depth.count)
-        named = not says_depth(self.depth.name), "depth" in self.colour.name.lower()
-        camera = not self.is_registered, not _is_aligned(self.depth), -together
-        return *named, *camera, not self.depth.is_lossless, -fewest, sent, *self.names
 
-    @property
-    def names(self) -> Topics:
-        """Topic names of colour and depth."""
-        return self.colour.name, self.depth.name
+def _rank(camera: CameraTopics) -> tuple[object, ...]:
+    """Sort key; the best camera has the smallest."""
+    colour, depth = camera
+    steps = zip(colour.name.split("/"), depth.name.split("/"), strict=False)
+    together = len(list(takewhile(lambda step: step[0] == step[1], steps)))
+    sent = sum(topic.base != topic.name for topic in camera)
+    named = not says_depth(depth.name), "depth" in colour.name.lower()
+    apart = not _is_registered(*camera), not _is_aligned(depth), -together
+    return *named, *apart, not depth.is_lossless, -min(colour.count, depth.count), sent, colour.name, depth.name
 
 
 def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[CameraTopics, str]:
@@ -155,20 +146,19 @@ def select_topics(topics: Sequence[ImageTopic], wanted: Topics | None) -> tuple[
         known = {topic.name: topic for topic in topics}
         if missing := " and ".join(name for name in wanted if name not in known):
             raise InputError(f"has no images of the topic {missing}. {_topic_list(topics)}")
-        return CameraTopics(*(known[name] for name in wanted)), ""
+        return (known[wanted[0]], known[wanted[1]]), ""
     readable = [topic for topic in topics if not topic.problem]
     colours = [topic for topic in readable if topic.is_colour] or [topic for topic in readable if not topic.is_depth]
-    cameras = [CameraTopics(colour, depth) for colour in colours for depth in readable if depth.is_depth]
+    cameras = [(colour, depth) for colour in colours for depth in readable if depth.is_depth]
     if not cameras:
         raise InputError(f"has no colour images with depth. {_topic_list(topics)}")
-    best = min(cameras, key=lambda camera: camera.rank)
-    others = sorted({camera.depth.name for camera in cameras} - {best.depth.name})
-    others += sorted({camera.colour.name for camera in cameras} - {best.colour.name})
+    best = min(cameras, key=_rank)
+    others = [name for at in (1, 0) for name in sorted({camera[at].name for camera in cameras} - {best[at].name})]
     problems = [topic.problem for topic in topics if topic.problem]
     if not (others or problems):
         return best, ""
     more = f"; there are also {', '.join(others)} (--topics COLOUR,DEPTH)" if others else ""
-    note = f"Colour of {best.colour.name} and depth of {best.depth.name} are read{more}."
+    note = f"Colour of {best[0].name} and depth of {best[1].name} are read{more}."
     return best, " ".join([note, *problems])
 
 
@@ -275,16 +265,16 @@ class RosBag(Recording):
         return camera, stamps
 
     def frame(self, key: str) -> RecordedFrame:
-        camera, (colour_stamp, depth_stamp) = self.at(key)
-        colour, rgb_sha256 = self._message(camera.colour, colour_stamp)
-        depth, depth_sha256 = self._message(camera.depth, depth_stamp)
+        (of_colour, of_depth), (colour_stamp, depth_stamp) = self.at(key)
+        colour, rgb_sha256 = self._message(of_colour, colour_stamp)
+        depth, depth_sha256 = self._message(of_depth, depth_stamp)
         (values, units), rgb = depth_of(depth, self.path), colour_of(colour, self.path)
-        units = self._stated_units(camera.depth) or units
+        units = self._stated_units(of_depth) or units
         return RecordedFrame(rgb, values, rgb_sha256, depth_sha256, units, time=colour_stamp * 1e-9)
 
     def colour(self, key: str) -> NDArray[np.uint8]:
-        camera, (stamp, _) = self.at(key)
-        return colour_of(self._message(camera.colour, stamp)[0], self.path)
+        (topic, _), (stamp, _) = self.at(key)
+        return colour_of(self._message(topic, stamp)[0], self.path)
 
     def cameras(self, key: str) -> Cameras:
         topics, _ = self.at(key)
@@ -292,8 +282,8 @@ class RosBag(Recording):
             return self._known_cameras(topics)
 
     def _cameras_of(self, topics: CameraTopics) -> Cameras:
-        colour, depth = topics.colour, topics.depth
-        if topics.is_registered:
+        colour, depth = topics
+        if _is_registered(colour, depth):
             found = self._info(colour) or self._info(depth)
             try:
                 camera = None if found is None else camera_of(found, colour.name, colour.size)
@@ -315,21 +305,21 @@ class RosBag(Recording):
     def _transform(self, topic: str, camera: CameraTopics) -> NDArray[np.float64] | None:
         messages = islice(self._messages(topic, TRANSFORMS), _MAX_TRANSFORMS)
         stamped = (one for message in messages for one in message.transforms)
-        return transform_between(stamped, camera.depth.frame_id, camera.colour.frame_id)
+        return transform_between(stamped, camera[1].frame_id, camera[0].frame_id)
 
     def _extrinsics(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         """The same from the topic of RealSense's driver for ROS."""
-        driver = camera.depth.base.rsplit("/", 2)[0]
+        driver = camera[1].base.rsplit("/", 2)[0]
         known = self._reader.typestore.fielddefs  # not in recordings from before ROS 2 Iron
         for one in self._reader.connections:
             if one.topic == f"{driver}/extrinsics/depth_to_color" and one.msgtype in known:
-                return extrinsics_matrix(self._first(one.topic)) if "/color/" in camera.colour.name else None
+                return extrinsics_matrix(self._first(one.topic)) if "/color/" in camera[0].name else None
         return None
 
     def _realsense_motion(self, camera: CameraTopics) -> NDArray[np.float64] | None:
         """The same from the RealSense library's own topics, which contain the transforms from a group of streams to
         each of them."""
-        streams = [realsense_stream(topic.name) for topic in (camera.depth, camera.colour)]
+        streams = [realsense_stream(topic.name) for topic in reversed(camera)]
         for name in sorted({one.topic for one in self._reader.connections if one.msgtype == TRANSFORM}):
             group = name.removeprefix(f"{streams[0]}/tf/")
             if group == name:
@@ -406,7 +396,7 @@ class RosBag(Recording):
         return self._camera((colour, depth) if plus else None)[0], stamp
 
     def _pairs_of(self, camera: CameraTopics) -> TimedPairs[int]:
-        return TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in (camera.colour, camera.depth)))
+        return TimedPairs(*(stamped(self._stamped(topic), 10**9) for topic in camera))
 
     def _stamps_of(self, topic: ImageTopic) -> dict[int, int]:
         """Time stamps in the headers [ns] -> times in the recording [ns], by which messages are found; for images

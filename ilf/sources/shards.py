@@ -26,8 +26,8 @@ from ..data.camera import Cameras, camera_from_numbers, checked_transform
 from ..errors import FormatError, InputError, cause, told_as
 from ..io.depth import read_depth_values
 from ..io.images import read_colour
+from .frame_ref import SHARDS_FILE, is_shards
 from .named_places import NotAllowed, named_in
-from .own_results import SHARDS_FILE, is_shards
 from .recording import RecordedFrame, Recording, part_of, sha256_of
 
 # The folder: shards.json, the frozen list of frames, and a tar and a table for each shard.

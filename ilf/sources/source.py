@@ -111,9 +111,6 @@ class Source:
             return ending[0]
         if ending:
             raise InputError(f"{len(ending)} frames of {self.path} end in {name!r:.60}: {', '.join(ending[:3])}, ...")
-        if self._frames[self.keys[0]].frame is not None:
-            with opened(self.path) as recording:
-                raise recording.unknown(name)
         there = f"It has {len(self)}, from {self.keys[0]} to {self.keys[-1]}."
         raise InputError(f"{self.path} has no frame {name!r:.60}. {there}")
 
@@ -215,8 +212,8 @@ def open_source(
     """Open a folder of frames, a data set or a recording.
 
     Paired folders and files, matched by name, number or time; a folder per frame; sequences of TUM, Bonn and ICL-NUIM;
-    scenes of BOP; frames of SUN RGB-D; raw folders of NYU Depth; data sets whose layout is in a table, which TOML files
-    extend: 7-Scenes, ScanNet, KITTI, VOID, Matterport3D, Hypersim, DREDS, DIODE, TransCG, ClearGrasp, Replica, folders
+    frames of SUN RGB-D; raw folders of NYU Depth; data sets whose layout is in a table, which TOML files extend: scenes
+    of BOP, 7-Scenes, ScanNet, KITTI, VOID, Matterport3D, Hypersim, DREDS, DIODE, TransCG, ClearGrasp, Replica, folders
     of nerfstudio, COLMAP and Open3D. Recordings of ROS 1 (.bag) and
     ROS 2 (a folder, .db3, .mcap), of Azure Kinect and Femto (.mkv) and of RealSense cameras (.bag, .db3); captures of
     Record3D (.r3d), Stray Scanner and ARKitScenes; ScanNet (.sens); the labelled file of NYU Depth (.mat); folders of

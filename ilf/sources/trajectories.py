@@ -20,6 +20,7 @@ from ..data.camera import checked_transform, rigid_transform
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
+from ..io.cameras import CAMERA_FILE, read_cameras
 from ..io.depth import checked_units
 from .times import MAX_TIME_GAP_S
 
@@ -158,9 +159,10 @@ def read_trajectory(path: Path) -> Trajectory:
     Parameters
     ----------
     path : Path
-        A transforms.json of nerfstudio; a camera of Polycam, with t_00 to t_23; a .log of Open3D; a .conf of
-        Matterport3D; or text with a row for each frame: 12 or 16 numbers of a matrix, or time, position and quaternion
-        x, y, z, w as in the TUM benchmark. # marks comments.
+        A transforms.json of nerfstudio; pose_intrinsic_imu.json of ScanNet++; scene_camera.json of BOP, for cameras
+        alone; a camera of Polycam, with t_00 to t_23; a .log of Open3D; a .conf of Matterport3D; or text with a row for
+        each frame: 12 or 16 numbers of a matrix, or time, position and quaternion x, y, z, w as in the TUM benchmark. #
+        marks comments.
 
     Raises
     ------
@@ -220,14 +222,20 @@ def _conf(content: FileContent) -> Trajectory:
 
 
 def _transforms(content: FileContent) -> Trajectory:
+    if content.path.name == CAMERA_FILE:
+        scene = read_cameras(content.path).items()
+        stated = {f"{number:06}": {"K": [*camera.numbers], "depth_scale": scale} for number, (camera, scale) in scene}
+        return Trajectory(cameras=stated)
     data = read_json(content)
-    if isinstance(data, dict) and "t_00" in data:
+    data = data if isinstance(data, dict) else {}
+    if "t_00" in data:
         image, pose = content.path.stem, as_pose([data[f"t_{row}{column}"] for row in range(3) for column in range(4)])
         return Trajectory(by_name={image: pose}, cameras={image: chosen_camera(data, str(content))})
-    frames = data.get("frames") if isinstance(data, dict) else None
+    frames, common = data.get("frames"), {name: value for name, value in data.items() if name != "frames"}
+    if any(isinstance(one, dict) and "aligned_pose" in one for one in common.values()):  # of ScanNet++
+        frames, common = [_of_scannetpp(*named) for named in common.items()], {}
     if not isinstance(frames, list) or not frames:
         raise ValueError("it has no frames")
-    common = {name: value for name, value in data.items() if name != "frames"}
     cameras: dict[str, Any] = {}
     poses, depth_files = {}, {}
     for stated in (common | frame for frame in frames):
@@ -240,6 +248,11 @@ def _transforms(content: FileContent) -> Trajectory:
     scale = data.get("depth_unit_scale_factor", data.get("integer_depth_scale"))
     units = None if scale is None else checked_units(1 / float(scale))
     return Trajectory(by_name=poses, cameras=cameras, depth_files=depth_files, depth_units=units)
+
+
+def _of_scannetpp(name: str, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """A frame of ScanNet++ by the names of nerfstudio."""
+    return {"file_path": name, "transform_matrix": stated["aligned_pose"], "K": stated["intrinsic"]}
 
 
 def _file(path: Any) -> str:

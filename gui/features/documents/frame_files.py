@@ -25,11 +25,10 @@ from ilf.project.file import open_project
 from ilf.project.recorded_frames import measured_frame
 from ilf.run.record import read_record
 from ilf.sources.frame_folder import frame_folder, is_frame_folder
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import list_frames
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import is_recording, recording_suffixes
-from ilf.sources.own_results import RECORD_FILE, is_result_folder
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
 from ...base.paths import PROJECT_SUFFIX

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box, within
+from ...data.pixel_grids import odd_even_fill
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
@@ -98,27 +99,6 @@ def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
     corner = box[1].start, box[0].start
     mask = odd_even_fill(line - corner, (box[0].stop - corner[1], box[1].stop - corner[0]))
     return Stroke(box, mask) if mask.any() else None
-
-
-def odd_even_fill(line: np.ndarray, shape: tuple[int, int]) -> Mask:
-    """Pixels of an image whose centre a closed line (n, 2) of (x, y) encloses an odd number of times.
-
-    From left to right along the centres of every row, each crossing of the line switches between outside and inside.
-    """
-    height, width = shape
-    start, end = line, np.roll(line, -1, axis=0)
-    upper, lower = (np.where((start[:, 1] <= end[:, 1])[:, None], *pair) for pair in ((start, end), (end, start)))
-    # rows whose centre r + 0.5 lies in [upper, lower)
-    first = np.clip(np.ceil(upper[:, 1] - 0.5), 0, height).astype(np.intp)
-    stop = np.clip(np.ceil(lower[:, 1] - 0.5), 0, height).astype(np.intp)
-    crossed = np.maximum(stop - first, 0)
-    edge = np.repeat(np.arange(len(line)), crossed)
-    row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed, crossed) + first[edge]
-    (x0, y0), (x1, y1) = upper[edge].T, lower[edge].T
-    x = x0 + (row + 0.5 - y0) / (y1 - y0) * (x1 - x0)
-    column = np.clip(np.ceil(x - 0.5), 0, width).astype(np.intp)
-    turns = np.bincount(row * (width + 1) + column, minlength=height * (width + 1)).reshape(height, width + 1)
-    return np.cumsum(turns[:, :width], axis=1) % 2 > 0
 
 
 # Erasing pixels from a block: they go to no block, or to the best-fitting neighbours.

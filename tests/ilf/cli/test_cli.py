@@ -20,7 +20,7 @@ from ilf.cli import main, output, parsing
 from ilf.cli.commands import COMMANDS, build_parser
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
-from ilf.io.labels import read_labels, write_mask
+from ilf.io.labels import encode_mask, read_labels
 from ilf.run.record import read_record
 
 from ..small_frames import CAMERA, write_small_frame
@@ -213,7 +213,7 @@ def test_drawn_borders_are_taken_told_and_replayed(files, cli):
     drawn = np.zeros((60, 80), bool)
     drawn[:, 39:41] = True
     write_blocks("labels.png", labels)
-    write_mask("mask.png", drawn)
+    Path("mask.png").write_bytes(encode_mask(drawn))
     flags = ["complete", *files, "--no-cloud", "--quiet", "--blocks", "labels.png", "--drawn", "mask.png"]
     assert main([*flags, "--out", "out"]) == 0
     depth = np.load("out/depth.npy")

@@ -15,7 +15,7 @@ from ilf.evaluation.measuring import depth_profile, measure
 from ilf.evaluation.statistics import surface_statistics
 from ilf.io.block_files import write_blocks
 from ilf.io.depth import encode_expected_error, read_depth_values
-from ilf.io.labels import read_labels, write_mask
+from ilf.io.labels import encode_mask, read_labels
 
 SHAPE = 12, 16
 RGB = np.zeros((*SHAPE, 3), np.uint8)
@@ -81,7 +81,7 @@ def test_masked_pixels_are_not_written(tmp_path):
     assert np.array_equal(np.isnan(read_depth_values(tmp_path / "error.npy")), HIDDEN)
     write_blocks(tmp_path / "labels.png", np.ma.masked_array(np.full(SHAPE, 3), mask=HIDDEN))
     assert np.array_equal(read_labels(tmp_path / "labels.png") == 0, HIDDEN)
-    write_mask(tmp_path / "mask.png", np.ma.masked_array(np.full(SHAPE, True), mask=HIDDEN))
+    (tmp_path / "mask.png").write_bytes(encode_mask(np.ma.masked_array(np.full(SHAPE, True), mask=HIDDEN)))
     assert np.array_equal(read_labels(tmp_path / "mask.png") == 0, HIDDEN)
 
 

@@ -12,7 +12,7 @@ from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
 from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values
-from ilf.io.labels import write_mask
+from ilf.io.labels import encode_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256, read_record
 from ilf.run.replaying import Replay, file_problems
@@ -155,7 +155,7 @@ def test_replay_needs_the_masks_and_the_depth_by_hand_of_the_run(tmp_path, how, 
     if given.suffix == ".npy":
         np.save(given, np.load(given) + 0.01)
     else:
-        write_mask(given, np.ones((60, 80), bool))
+        given.write_bytes(encode_mask(np.ones((60, 80), bool)))
     with pytest.raises(InputError, match=f"not {what} of the recorded run"):
         ilf.replay(path)
     given.unlink()

@@ -410,6 +410,21 @@ def _record3d_exr(root: Path) -> None:
     _text(root / "EXR_RGBD/metadata.json", json.dumps(camera))
 
 
+def _scannetpp(root: Path) -> None:
+    stated = {}
+    for number, pose in enumerate(_poses(2)):
+        _colour(root / f"iphone/rgb/frame_{10 * number:06d}.jpg")
+        _write(root / f"iphone/depth/frame_{10 * number:06d}.png", METRES, 1000)
+        facts = {"timestamp": 0.1, "pose": np.eye(4).tolist(), "imu": {}, "aligned_pose": pose.tolist()}
+        stated[f"frame_{10 * number:06d}"] = facts | {"intrinsic": K.tolist()}
+    _text(root / "iphone/pose_intrinsic_imu.json", json.dumps(stated))
+
+
+def _driving_stereo(root: Path, colour: str, depth: str) -> None:
+    for number in (1, 2):
+        _frame(root, f"{colour}/2018-07-11-14-48-5{number}.jpg", f"{depth}/2018-07-11-14-48-5{number}.png", 256)
+
+
 def _scanner_app(root: Path) -> None:
     for number in range(2):
         _frame(root, f"frame_{number:05d}.jpg", f"depth_{number:05d}.png")
@@ -461,6 +476,27 @@ PUBLISHED: dict[str, tuple[Callable[[Path], None], float | None, bool, bool]] = 
     "co3d": (_co3d, None, False, False),
     "record3d-exr": (_record3d_exr, 60.0, False, False),
     "3d-scanner-app": (_scanner_app, 60.0, False, False),
+    "scannetpp-iphone": (_scannetpp, 60.0, False, True),
+    "driving-stereo": (
+        lambda root: _driving_stereo(root, "left-image-half-size", "depth-map-half-size"),
+        None,
+        False,
+        False,
+    ),
+    "driving-stereo, test": (
+        lambda root: _driving_stereo(
+            root, "test-left-image/left-image-full-size", "test-depth-map/depth-map-full-size"
+        ),
+        None,
+        False,
+        False,
+    ),
+    "driving-stereo-train": (
+        lambda root: _driving_stereo(root, "train-left-image/2018-07-11", "train-depth-map/2018-07-11"),
+        None,
+        False,
+        False,
+    ),
 }
 
 

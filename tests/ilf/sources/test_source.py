@@ -142,11 +142,11 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
     for content, kind, message in (
         ('{"0": {"cam_K": [1, 2], "depth_scale": 1}}', FormatError, r"scene_camera\.json"),
         (_bop({0: 1e-320}), FormatError, "depth_scale"),
-        ("{}", InputError, "none of its BOP scenes"),
+        ("{}", InputError, "no entry for 000000"),
     ):
         (tmp_path / "000001" / "scene_camera.json").write_text(content)
         with pytest.raises(kind, match=message):
-            ilf.open_source(tmp_path / "000001")
+            ilf.open_source(tmp_path / "000001")[0]
 
 
 def test_frames_of_sun_rgbd_have_their_bits_turned_back(tmp_path, save):
