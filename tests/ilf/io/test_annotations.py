@@ -192,6 +192,9 @@ def test_masks_of_segment_anything_as_json_and_as_folder(tmp_path):
 
 
 SQUARE = square(0, 0, 2)
+GREY, COLOURED = (
+    base64.b64encode(cv2.imencode(".png", np.ones(shape, np.uint8))[1]).decode() for shape in ((2, 2), (2, 2, 3))
+)
 BAD = {
     "broken": ("{", "not valid JSON"),
     "nested": ("[" * 100_000, "not valid JSON"),
@@ -210,6 +213,8 @@ BAD = {
     "circle": (labelme(shape_of(SQUARE, shape_type="circle")), "circle with 4 points instead of 2"),
     "mask": (labelme(shape_of([[0, 0], [1, 1]], shape_type="mask", mask="!")), "no readable mask"),
     "empty mask": (labelme(shape_of([[0, 0], [1, 1]], shape_type="mask", mask="")), "shape 1"),
+    "mask beyond": (labelme(shape_of([[5, 3], [7, 5]], shape_type="mask", mask=GREY)), "beyond the image of 6 x 4"),
+    "colour mask": (labelme(shape_of(SQUARE[:2], shape_type="mask", mask=COLOURED)), "Export it with one channel"),
     "run sum": (coco({"size": [4, 6], "counts": [12, 4]}), "do not add up to the image's 24 pixels"),
     "run length": (coco({"size": [4, 6], "counts": [12, 10**30]}), "do not add up"),
     "many runs": (coco({"size": [4, 6], "counts": [0] * 100 + [24]}), "do not add up"),
