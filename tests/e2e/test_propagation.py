@@ -1,6 +1,5 @@
 """Blocks go from frame to frame in the real window."""
 
-import pickle
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -165,14 +164,6 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
     assert entries[1].document is None  # nobody had to open it
 
 
-def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(4)
-    (propagation_run,) = ended.args
-    assert len(propagation_run.done) == 4
-    assert len(pickle.dumps(propagation_run.done)) < listed.workspace.current.labels.nbytes / 4
-
-
 def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     window = listed
     shown: list[str] = []
@@ -186,25 +177,6 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     assert shown[1:3] == ["Propagating blocks to frame-1 (1 of 4)", "Propagating blocks to frame-2 (2 of 4)"]
     assert "Stopped after 1 of 4 frames." in window.notes.message
     assert window.actions_["propagate_next"].isEnabled()
-
-
-def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part, qtbot):
-    workspace, entries = listed.workspace, listed.workspace.entries
-    workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
-
-    def remove():
-        propagation_run = part.run
-        if propagation_run is not None and propagation_run.present is entries[2]:
-            part.changed.disconnect(remove)
-            workspace.remove_entries(list(entries)[2:])
-
-    part.changed.connect(remove)
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(1500)
-    (propagation_run,) = ended.args
-    assert [frame.name for frame in propagation_run.done] == ["frame-1"]
-    assert (propagation_run.total, propagation_run.problems) == (1, [])
-    assert len(entries) == 2
 
 
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QCheckBox, QToolButton, QWidget
+from PySide6.QtWidgets import QToolButton
 
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
@@ -141,37 +141,6 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
         assert all(editing.workspace.current.info(label).visible for label in (1, 2)), "space hides no block"
 
 
-def test_who_goes_through_the_panels_by_keys_has_space_there(editing):
-    _take(editing, "select")
-    focus = QApplication.focusWidget
-    editing.views.cells["colour"].view.setFocus()
-    seen: list[QWidget | None] = [focus()]
-    while not isinstance(focus(), QCheckBox):
-        key(editing, _Key.Key_Tab)
-        assert focus() not in seen, "the focus goes on and on"
-        seen.append(focus())
-    check = focus()
-    before = check.isChecked()
-    key(editing, _Key.Key_Space)
-    assert check.isChecked() != before
-
-
-def test_space_pans_in_a_view_that_had_not_the_focus(editing):
-    _take(editing, "paint")
-    click(editing, (50, 24))
-    steps = editing.workspace.current.undo_stack.count()
-    view = editing.views.cells["colour"].view
-    corner = view.to_image(QPointF(0, 0))
-    other = editing.views.cells["depth-in"].view
-    other.setFocus()
-    QTest.keyPress(other, _Key.Key_Space)
-    view.setFocus()  # as a click does
-    drag(editing, [(40, 20), (30, 20), (20, 20)])
-    QTest.keyRelease(view, _Key.Key_Space)
-    assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
-    assert editing.workspace.current.undo_stack.count() == steps
-
-
 def test_undo_gives_up_what_is_under_way_only(editing):
     document = editing.workspace.current
     click(editing, (50, 24))
@@ -266,22 +235,6 @@ def test_the_menu_offers_what_can_be_done_here(editing, qtbot):
     qtbot.waitUntil(lambda: not editing.editor.working)
     assert document.labels[5, 5] != document.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()
-
-
-def test_the_rest_of_a_covered_block_goes_in_the_same_undo_step(editing):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    height, width = before.shape
-    covered = document.info(int(before[24, 50])).name
-    editing.workspace.select([])
-    _take(editing, "outline")
-    drag(editing, [(31, -1), (width, -1), (width, height), (31, height), (31, 0)])
-    assert len(document.counts()) == 2
-    assert covered in editing.notes.message
-    assert (document.labels[:, 30:] == document.selected[0]).all()
-    assert document.undo_stack.count() == 1
-    editing.actions_["undo"].trigger()
-    assert np.array_equal(document.labels, before)
 
 
 def test_a_part_that_could_not_be_completed_is_not_cut_off(editing):

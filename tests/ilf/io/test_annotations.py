@@ -277,15 +277,3 @@ def test_what_cannot_be_written_is_said(tmp_path):
     with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use a label map of 16 bits"):
         write_blocks(tmp_path / "a.png", labels * 256, format="palette")
     assert not list(tmp_path.iterdir())
-
-
-def test_the_files_name_the_image(tmp_path):
-    labels = np.ones(SHAPE, np.int32)
-    (tmp_path / "out").mkdir()
-    for format, found in (
-        ("labelme", lambda content: content["imagePath"] == "../frame/rgb.jpg"),
-        ("coco", lambda content: content["images"][0]["file_name"] == "rgb.jpg"),
-    ):
-        path = tmp_path / "out" / "a.json"
-        write_blocks(path, labels, format=format, image=tmp_path / "frame" / "rgb.jpg")
-        assert found(json.loads(path.read_text()))
