@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QApplication, QCheckBox, QToolButton, QWidget
 
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.status import StatusFeature
@@ -141,6 +141,21 @@ def test_keys_work_wherever_the_focus_is_but_not_where_numbers_are_typed(editing
         assert all(editing.workspace.current.info(label).visible for label in (1, 2)), "space hides no block"
 
 
+def test_who_goes_through_the_panels_by_keys_has_space_there(editing):
+    _take(editing, "select")
+    focus = QApplication.focusWidget
+    editing.views.cells["colour"].view.setFocus()
+    seen: list[QWidget | None] = [focus()]
+    while not isinstance(focus(), QCheckBox):
+        key(editing, _Key.Key_Tab)
+        assert focus() not in seen, "the focus goes on and on"
+        seen.append(focus())
+    check = focus()
+    before = check.isChecked()
+    key(editing, _Key.Key_Space)
+    assert check.isChecked() != before
+
+
 def test_undo_gives_up_what_is_under_way_only(editing):
     document = editing.workspace.current
     click(editing, (50, 24))
@@ -235,6 +250,22 @@ def test_the_menu_offers_what_can_be_done_here(editing, qtbot):
     qtbot.waitUntil(lambda: not editing.editor.working)
     assert document.labels[5, 5] != document.labels[5, 50]
     assert editing.actions_["zoom_block"] in menu.actions()
+
+
+def test_the_rest_of_a_covered_block_goes_in_the_same_undo_step(editing):
+    document = editing.workspace.current
+    before = document.labels.copy()
+    height, width = before.shape
+    covered = document.info(int(before[24, 50])).name
+    editing.workspace.select([])
+    _take(editing, "outline")
+    drag(editing, [(31, -1), (width, -1), (width, height), (31, height), (31, 0)])
+    assert len(document.counts()) == 2
+    assert covered in editing.notes.message
+    assert (document.labels[:, 30:] == document.selected[0]).all()
+    assert document.undo_stack.count() == 1
+    editing.actions_["undo"].trigger()
+    assert np.array_equal(document.labels, before)
 
 
 def test_a_part_that_could_not_be_completed_is_not_cut_off(editing):
