@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtGui import QContextMenuEvent, QPainterPath
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
 from gui.views.colours import depth_table, error_table
-from gui.views.interaction import PointerKind
+from gui.views.interaction import PointerKind, Preview
 from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
 from ilf.drawing.blocks import inner_points
@@ -109,6 +109,22 @@ def test_arrow_keys_with_alt_pan_by_screen_pixels(views, key, moved):
     QTest.keyClick(view, key, Qt.KeyboardModifier.AltModifier)
     after = view.transform.map(QPointF(32, 24))
     assert ((after - before).x(), (after - before).y()) == pytest.approx(moved, abs=0.5)
+
+
+def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
+    view = view_of(views)
+    fitted = view.transform.m11()
+    for _ in range(60):
+        wheel(view.viewport(), QPoint(100, 100), -1)
+    assert view.transform.m11() == pytest.approx(fitted / 4)
+    for _ in range(60):
+        wheel(view.viewport(), QPoint(100, 100))
+    assert view.viewport().width() / view.transform.m11() == pytest.approx(8, abs=0.1)
+    views.fit()
+    assert view.transform.m11() == pytest.approx(fitted)
+    views.open(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
+    views.one_to_one()
+    assert view.transform.m11() == pytest.approx(1)
 
 
 def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views, qtbot):
@@ -430,6 +446,33 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert list(widths()) == ["depth-out"]
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
+
+
+def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
+    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
+    views.set_preview(Preview(QPainterPath(), corners))
+
+    def sizes():
+        """Side of a handle, and the distance to the next one, on the screen."""
+        view = view_of(views)
+        image = view.viewport().grab().toImage()
+        centre = view.transform.map(QPointF(*corners[3]))
+        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
+        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
+        near = [x for x in yellow if abs(x - centre.x()) < 8]
+        return len(near), math.dist(corners[3], corners[4]) * view.transform.m11()
+
+    found = []
+    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
+        views.zoom_to(*box)
+        found.append(sizes())
+    sides, distances = zip(*found, strict=True)
+    assert all(2 <= side <= 9 for side in sides)
+    assert all(2 * side < distance for side, distance in found)
+    assert sides[0] < sides[1] == sides[2]
+    assert distances[0] < distances[1] < distances[2]
 
 
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):

@@ -1,4 +1,4 @@
-"""The window fits the screen, at the first start and when its last place has another screen; full screen."""
+"""The window fits the screen, at the first start and when its last place has another screen; full screen; icon."""
 
 import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
@@ -40,6 +40,25 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
     window = MainWindow()
     qtbot.addWidget(window)
     assert window.size() == docks.DEFAULT_SIZE.boundedTo(docks.available_geometry(window).size() - QSize(0, 40))
+
+
+def test_each_screen_keeps_its_own_size_of_the_window(shown, monkeypatch):
+    large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
+    room = [large]
+    monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
+
+    first = shown(MainWindow())
+    first.setGeometry(5, 45, 790, 720)
+    first.close()
+    room[0] = small
+    second = shown(MainWindow())
+    assert small.contains(second.geometry())
+    second.setGeometry(0, 45, 780, 560)
+    second.close()
+    for room[0], size in ((large, QSize(790, 720)), (small, QSize(780, 560))):
+        again = shown(MainWindow())
+        assert again.size() == size
+        again.close()
 
 
 def test_the_panels_let_the_window_become_small(window, qtbot):

@@ -205,6 +205,24 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solv
     until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
 
 
+def test_better_is_green_and_worse_is_red(line):
+    def tones() -> list[str]:
+        return [part[:7] for part in line.label.text().split("color:")[1:]]
+
+    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.3), 50, (0.05, 0.04), margin=0.05))
+    better, worse = tones()
+    assert better != worse
+    assert "±" not in line.label.text()
+    # neither within the margin, nor by the expected error, nor by pixels that are filled
+    line.show_message("Edit", EditSummary(3, (500, 900), (0.05, 0.01), (0.2, 0.1), 50, (0.05, 0.0501), margin=0.15))
+    assert not {better, worse} & set(tones())
+    assert "200\u00a0→\u00a0" in line.label.text()
+    assert "(±150 mm)" in line.label.text()
+    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.1), 50))
+    assert not {better, worse} & set(tones()), "of an unknown margin"
+    assert "±" not in line.label.text()
+
+
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(bench, solver, line, until, monkeypatch):
     def find(before: ilf.Run, after: ilf.Run, *_: object) -> EditSummary:
         return EditSummary(60, by_ground_truth=None if after.frame.ground_truth is None else (0.1, 0.06))
