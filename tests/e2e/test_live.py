@@ -94,6 +94,20 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(opened, qtbot, 
     assert _states(opened)[chosen] == "completed", "the values are those of the result again"
 
 
+@pytest.mark.parametrize("how", ["left alone", "cancelled"])
+def test_a_slider_that_moves_during_a_run_is_followed_after_it(opened, qtbot, how):
+    opened.runs.current.start()
+    opened.runs.current.toggle_pause()
+    _slider(opened, "padding").setValue(8)
+    assert opened.runs.state is RunState.PAUSED
+    (opened.runs.current.cancel if how == "cancelled" else opened.runs.current.toggle_pause)()
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
+    qtbot.wait(50)
+    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
+    followed = opened.workspace.current.changed_blocks() == []
+    assert followed is (how == "left alone")
+
+
 def test_blocks_that_run_at_once_give_what_they_give_alone(opened, qtbot, monkeypatch):
     monkeypatch.setattr("gui.work.frame_runs.spare_cores", lambda: 3)
     workspace = opened.workspace

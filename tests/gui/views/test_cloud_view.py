@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.cloud import drawing
 from gui.views.cloud.cloud_view import CloudView, DepthClip
-from gui.views.cloud.scene import CloudRequest, Scene, compose
+from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
 from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
 from gui.work.jobs import stop_workers
@@ -188,6 +188,18 @@ def test_colours_mean_what_is_chosen(qapp):
     filled = scene_of(image, marks=((mask, shades.accent, "{} filled"), (~mask & False, shades.warning, "{} no")))
     assert filled.colours[[0, 1, 4]].tolist() == [plain[0], *[shade(shades.accent)] * 2]
     assert [text for _, text in filled.legend] == ["2 filled"]
+
+
+def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
+    view._choices[ColourBy.DEPTH].trigger()
+    assert view.colour_by is ColourBy.DEPTH
+    assert view._colour_button.text().startswith(ColourBy.DEPTH.text)
+    view._sizes.actions()[3].trigger()
+    assert (view.canvas.point_size, view.canvas.shaded) == (3, True)
+    view._shading.trigger()
+    assert (view.canvas.point_size, view.canvas.shaded) == (3, False)
+    view._sizes.actions()[0].trigger()
+    assert view.canvas.point_size is None
 
 
 def test_large_clouds_are_coarse_while_moving_and_whole_at_rest(qtbot, view, scene, monkeypatch):

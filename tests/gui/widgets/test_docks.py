@@ -1,4 +1,4 @@
-"""The window fits the screen, at the first start and when its last place has another screen; full screen; icon."""
+"""The window fits the screen, at the first start and when its last place has another screen; full screen."""
 
 import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
