@@ -203,6 +203,22 @@ def test_what_is_not_there_is_said(tmp_path):
         report([])
 
 
+def test_a_stored_frame_is_reported_with_its_results_and_names(run, subject):
+    results = {1: subject.completion.results[1]}
+    blocks = Blocks(
+        run.blocks.labels, {1: BlockInfo("Wall", (1, 2, 3))}, {1: {"smoothness": 9.0}}, extraction=run.blocks.extraction
+    )
+    state = FrameState("a1", run.frame, blocks, run.parameters, results, extrapolate=True, note="by the window")
+    page = Page(report([Subject.of_state(state, "ilf project replay all.ilf")]))
+    first, second = page.table("no.", "block", "pixels")
+    assert first[1] == "Wall"
+    assert first[5] == "values changed"  # it was run with another smoothness than is set now
+    assert second[5] == "not run"
+    assert "by the window" in page.text
+    assert "is extrapolated" not in page.text  # it is wished for, but has not been done
+    assert "ilf project replay all.ilf" in page.text
+
+
 def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_path):
     odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
     content = run_to_end(report_steps([replace(subject, run=odd)], 1))
