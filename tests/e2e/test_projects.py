@@ -465,3 +465,18 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtb
     dialog.reject()
     assert shown.busy
     opened.project.discard_silently = True
+
+
+def test_an_error_after_writing_keeps_no_one_from_saving_and_closing(opened, qtbot, tmp_path, monkeypatch):
+    path = tmp_path / "room.ilf"
+    opened.workspace.current.edit_info(1, "Rename", name="Wall")
+    save(opened, qtbot, path)
+    opened.workspace.current.edit_info(1, "Rename", name="Floor")
+    with monkeypatch.context() as patched, qtbot.captureExceptions() as errors:
+        patched.setattr(opened.recorder, "note_project", lambda: 1 / 0)
+        opened.actions_["save_project"].trigger()
+        qtbot.waitUntil(lambda: bool(errors))
+    assert not opened.project.saving.busy
+    opened.workspace.current.edit_info(1, "Rename", name="Ceiling")
+    save(opened, qtbot, path)
+    assert not opened.workspace.current.unsaved

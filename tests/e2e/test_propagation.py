@@ -1,5 +1,6 @@
 """Blocks go from frame to frame in the real window."""
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -162,6 +163,14 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
     assert [frame.name for frame in propagation_run.done] == ["frame-2"]
     assert entries[2].summary.blocks == 3
     assert entries[1].document is None  # nobody had to open it
+
+
+def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
+    with qtbot.waitSignal(part.ended) as ended:
+        part.propagate_through(4)
+    (propagation_run,) = ended.args
+    assert len(propagation_run.done) == 4
+    assert len(pickle.dumps(propagation_run.done)) < listed.workspace.current.labels.nbytes / 4
 
 
 def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):

@@ -216,6 +216,26 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     assert "has been saved after this work" in window.project.present.read_only
 
 
+def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window, left, qtbot, monkeypatch):
+    dialog = _dialog(window, qtbot)
+    _restore(window, dialog, qtbot, 1)
+
+    def own() -> bool:
+        return any(f"-{os.getpid()}-" in path.name for path in left.glob("*.work"))
+
+    qtbot.waitUntil(own)  # what was restored is stored there before it is let go
+
+    def fail(work: WorkFolder):
+        work.close()
+        raise OSError("the folder is read-only")
+
+    with monkeypatch.context() as locked:
+        locked.setattr(WorkFolder, "discard", fail)
+        window.close()
+    assert not window.isVisible()
+    assert own()
+
+
 @pytest.mark.parametrize(("file_is_there", "sets_more"), [(True, True), (False, False)])
 def test_frames_that_were_saved_since_are_not_called_changed(
     another, qtbot, tmp_path, small_frame, monkeypatch, file_is_there, sets_more

@@ -355,6 +355,27 @@ def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(d
     assert opened == ["500", "500", "500"]
 
 
+def _type(dialog, path, qtbot):
+    dialog.path.clear()
+    QTest.keyClicks(dialog.path, str(path))
+    qtbot.waitUntil(dialog.open_button.isEnabled)
+
+
+def test_typing_a_colour_file_proposes_the_depth_beside_it_and_depth_its_colour(dialog, folder, tmp_path, qtbot):
+    _type(dialog, folder / "rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "depth.png")
+    (folder / "other_rgb.png").write_bytes((folder / "rgb.png").read_bytes())
+    (folder / "other_depth.png").write_bytes((folder / "depth.png").read_bytes())
+    _type(dialog, folder / "other_rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "other_depth.png"), "what was proposed follows the path"
+    dialog.depth_path.setText(str(folder / "depth.png"))
+    _type(dialog, folder / "other_rgb.png", qtbot)
+    assert dialog.depth_path.text() == str(folder / "depth.png"), "what was typed stays"
+    dialog.depth_path.clear()
+    _type(dialog, folder / "depth.png", qtbot)
+    assert (dialog.path.text(), dialog.depth_path.text()) == (str(folder / "rgb.png"), str(folder / "depth.png"))
+
+
 def test_only_the_options_that_apply_are_there(dialog, folder, recording, tmp_path, qtbot):
     def shown() -> list[bool]:
         fields = dialog.depth_path, dialog.encoding, dialog.camera, dialog.guide_path, dialog.depth_preview

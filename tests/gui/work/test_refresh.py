@@ -138,3 +138,16 @@ def test_an_error_in_one_part_keeps_no_other_from_being_drawn(bench, qtbot):
     with pytest.raises(RuntimeError, match="broken part"):
         refresh.now()
     qtbot.waitUntil(lambda: bench.drawn == ["whole"])
+
+
+def test_after_stop_nothing_is_drawn(bench):
+    bench.source.urgent.emit()
+    bench.workspace.note(Part.RECORDS)
+    bench.refresh.stop()
+    _turn()
+    bench.source.urgent.emit()
+    bench.workspace.note(Part.RECORDS)
+    bench.refresh.now()
+    _turn()
+    assert bench.drawn == []
+    assert not bench.refresh._later.isActive()

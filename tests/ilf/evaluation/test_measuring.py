@@ -5,7 +5,7 @@ import pytest
 
 from ilf.data.camera import Camera
 from ilf.errors import InputError
-from ilf.evaluation.measuring import angle_between, depth_profile, measure, point_in_space
+from ilf.evaluation.measuring import angle_between, depth_profile, measure, measurements_csv, point_in_space
 from ilf.evaluation.statistics import SurfaceFit, surface_statistics
 
 CAMERA = Camera(300.0, 310.0, 79.5, 59.5)
@@ -74,6 +74,17 @@ def test_a_profile_keeps_to_the_image():
         depth_profile(depth, (-9.0, -9.0), (-2.0, 30.0))
     with pytest.raises(InputError, match="'ground_truth'"):
         depth_profile(depth, (0.0, 0.0), (5.0, 0.0), others={"ground_truth": np.zeros((4, 8))})
+
+
+def test_a_profile_as_table():
+    depth = np.array([[2.0, 0.0, 2.5]])
+    profile = depth_profile(depth, (0.5, 0.5), (2.5, 0.5), others={"result": np.array([[2.0, 2.25, 2.5]])})
+    assert profile.to_csv().splitlines() == [
+        "x,y,distance_px,depth_m,result",
+        "0,0,0.0,2.0,2.0",
+        "1,0,1.0,,2.25",
+        "2,0,2.0,2.5,2.5",
+    ]
 
 
 # statistics
@@ -176,3 +187,15 @@ def test_the_angle_of_two_blocks():
     assert angle_between(planes[0], planes[0]) == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="intrinsics"):
         angle_between(planes[0], SurfaceFit(0.0, 0.0, None, float("nan")))
+
+
+def test_measures_as_table():
+    line = (0.5, 0.5), (3.5, 0.5)
+    depth = np.full((4, 4), 2.0)
+    depth[3] = np.nan
+    lost = (0.5, 0.5), (0.5, 3.5)
+    camera = Camera(100.0, 100.0, 0.0, 0.0)
+    table = measurements_csv([line, lost], [measure(depth, one, camera) for one in (line, lost)]).splitlines()
+    assert table[0].startswith("measurement,x1,y1,x_m1")
+    assert table[1] == "1,0,0,0.00000,0.00000,2.00000,3,0,0.06000,0.00000,2.00000,0.06000,0.00000"
+    assert table[2] == "2,0,0,0.00000,0.00000,2.00000,0,3,,,,,"

@@ -226,6 +226,18 @@ def test_hostile_depth_gets_one_clear_message_with_the_files_name(name, save, co
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("name", [*DEPTH_FILES, *COLOUR_FILES])
+@pytest.mark.parametrize("share", [0.02, 0.6, 0.99])
+def test_truncated_files_of_every_format(name, share, save, capfd):
+    content = COLOUR_FILES.get(name) or DEPTH_FILES[name][0]
+    path = save(name, content[: max(1, int(share * len(content)))])
+    reader = read_colour if name in COLOUR_FILES else read_depth_values
+    with pytest.raises(FormatError, match=r"truncated|damaged|not a PNG") as caught:
+        reader(path)
+    assert str(path) in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_damaged_png_is_not_read_as_other_values(save):
     content = bytearray(DEPTH_FILES["u16.png"][0])
     content[len(content) // 2] ^= 1
