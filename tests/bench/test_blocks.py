@@ -1,15 +1,12 @@
 """The bench of blocks: every measure where its value is known, and the methods."""
 
 import dataclasses
-import json
 
-import cv2
 import numpy as np
 import pytest
 
 import ilf
 from ilf.data.pixel_grids import mark
-from tests.ilf.small_frames import write_small_frame
 
 from .blocks.measures import find_reference, score_blocks
 
@@ -144,15 +141,3 @@ def test_boundaries_are_held_against_jumps_with_two_pixels_to_spare(labels, miss
     assert [score["recall"], score["precision"], score["f"]] == [
         None if value is None else pytest.approx(value) for value in (recall, precision, f)
     ]
-
-
-@pytest.fixture
-def folders(tmp_path):
-    """Two frame folders, the second of one colour, and one that cannot be read."""
-    for name in ("colours", "grey", "broken"):
-        folder = tmp_path / "frames" / name
-        write_small_frame(folder)
-        (folder / "meta.json").write_text(json.dumps({"name": name, "depth_units_per_m": 1000}))
-    cv2.imwrite(str(tmp_path / "frames" / "grey" / "rgb.png"), np.full((60, 80, 3), 90, np.uint8))
-    (tmp_path / "frames" / "broken" / "depth.png").write_bytes(b"no image")
-    return tmp_path / "frames"

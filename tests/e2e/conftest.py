@@ -6,7 +6,6 @@ import pytest
 from PySide6.QtWidgets import QMessageBox
 
 from gui.app.main_window import MainWindow
-from gui.base import theme
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export
 from gui.features.status import StatusFeature
@@ -115,12 +114,6 @@ def reported(window, monkeypatch):
     texts = []
     monkeypatch.setattr(QMessageBox, "open", lambda box: texts.append(box.text()))
     return texts
-
-
-@pytest.fixture
-def themed(qapp, any_theme):
-    """The style of the program, which determines the sizes of its parts."""
-    theme.apply_theme(qapp, "light")
 
 
 def export(window, qtbot, folder: Path, options: ExportOptions | None = None):

@@ -1,33 +1,17 @@
 """A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
 
-import csv
-import re
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-import ilf
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import batch_steps
 from gui.features.sequence.playing import PlayFeature
-from gui.work.jobs import Pace
-from ilf._runtime.cancellation import cancelled_by
-from ilf.batch.folder_sink import open_folder
-from ilf.batch.frames import frames_of_sources
-from ilf.batch.pictures import write_contact_sheet
-from ilf.batch.settings import BatchSettings
-from ilf.project.exporting import ExportedFrame, ExportStatus
-from ilf.run.block_choice import BlockChoice
-from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 from tests.gui.naming import unnamed
 from tests.ilf.batch_frames import work_in_this_process, write_frames
-
-_STATUS = "written", "unchanged", "failed"
 
 
 @pytest.fixture
@@ -97,44 +81,6 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
         dialog.show_button.click()
     assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]
     qtbot.waitUntil(lambda: not window.loader.busy)
-
-
-@pytest.mark.parametrize("before", ["unchanged", "failed", ""])
-def test_the_time_left_follows_from_frames_completed_since_the_start(part, window, tmp_path, monkeypatch, before):
-    now, steps = [100.0], []
-    monkeypatch.setattr(part.work, "_pace", Pace(lambda: now[0]))
-    window.actions_["batch"].trigger()
-    monkeypatch.setattr(part.requests, "ask", lambda job, take, step, what: steps.append(step))
-    part.folder_path.setText(str(tmp_path / "done"))
-    part.export_button.click()
-    written, unchanged, failed = (ExportedFrame("a", tmp_path, ExportStatus(one)) for one in _STATUS)
-    if before:
-        steps[0](unchanged if before == "unchanged" else failed)
-    now[0] += 10
-    for step in [written] if before else [failed, written]:
-        steps[0](step)
-    assert part.work.bar.format() == "67%, 10 s left"
-
-
-def test_a_frame_has_its_figures_and_a_batch_cancelled_after_its_last_one_its_manifest(tmp_path, monkeypatch):
-    work_in_this_process(monkeypatch)
-    frames = tuple(frames_of_sources([ilf.open_source(write_frames(tmp_path / "in", 1))]))
-    quick, choice = ilf.preset(max_iterations=5, correction=False), BlockChoice(ilf.BlockParameters(detector="canny"))
-    settings = BatchSettings(quick, choice, options=ExportOptions(cloud=None))
-    steps = batch_steps(lambda: open_folder(frames, tmp_path / "done", settings), pictures=[write_contact_sheet])
-    cancel_event = threading.Event()
-    with cancelled_by(cancel_event):
-        figures = next(steps).notes[0]
-        cancel_event.set()
-        with pytest.raises(ilf.Cancelled):
-            next(steps)
-    assert {path.name for path in (tmp_path / "done").iterdir()} == {"batch.json", "manifest.csv", frames[0].folder}
-    (listed,) = csv.DictReader((tmp_path / "done" / "manifest.csv").read_text().splitlines())
-    pixels, before, after = (int(listed[name]) for name in ("pixels", "missing_before", "missing_after"))
-    error, seconds = 1000 * float(listed["expected_error_median_m"]), float(listed["seconds"])
-    found = re.fullmatch(r"Missing (.+)% → (.+)%, expected error, median (.+) mm, (.+) s\.", figures)
-    expected = 100 * before / pixels, 100 * after / pixels, error, seconds
-    assert [float(figure) for figure in found.groups()] == pytest.approx(expected, abs=0.051)
 
 
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):

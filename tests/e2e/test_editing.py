@@ -11,7 +11,7 @@ from gui.features.status import StatusFeature
 from ilf import RGBDFrame
 
 from .conftest import open_frame, readout, write_frame
-from .hand import click, drag, let_go, place
+from .hand import click, drag, let_go
 
 
 @pytest.fixture
@@ -60,37 +60,6 @@ def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks
     assert document.undo_stack.index() == 0, "looking at less is no step"
 
 
-def test_a_stroke_paints_what_the_brush_sweeps_in_one_step_and_escape_gives_it_up(editing):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    right = int(before[24, 50])
-    click(editing, (50, 24))
-    editing.actions_["tool_paint"].trigger()
-    editing.editor.options.brush_radius = 3.0
-    drag(editing, [(20, 24), (14, 24), (10, 30)])
-    assert document.labels[24, 17] == right
-    assert document.labels[27, 12] == right
-    assert document.labels[40, 5] == before[40, 5]
-    assert document.undo_stack.count() == 1
-    assert document.undo_stack.undoText() == "Paint Block 1"
-    painted = document.labels.copy()
-    editing.workspace.undo_group.undo()
-    assert np.array_equal(document.labels, before)
-    editing.workspace.undo_group.redo()
-    assert np.array_equal(document.labels, painted)
-
-    editing.workspace.undo_group.undo()
-    drag(editing, [(10, 10), (14, 14)], release=False)
-    assert not np.array_equal(document.labels, before)
-    editing.actions_["cancel_stroke"].trigger()
-    assert np.array_equal(document.labels, before)
-    viewport = editing.views.cells["colour"].view.viewport()
-    QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=place(editing, (14, 14)))
-    assert document.undo_stack.index() == 0
-    drag(editing, [(12, 12), (14, 14)])
-    assert document.undo_stack.count() == 1
-
-
 def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     document = editing.workspace.current
     before = document.labels.copy()
@@ -110,29 +79,6 @@ def test_erasing_takes_from_the_chosen_block_only_and_ctrl_swaps(editing):
     assert document.labels[24, 44] == 0
     drag(editing, [(40, 24), (34, 24)], Qt.KeyboardModifier.ControlModifier)
     assert document.labels[24, 34] == before[24, 50]
-
-
-def test_splitting_by_a_line_and_merging_again(editing):
-    document = editing.workspace.current
-    before = document.labels.copy()
-    editing.actions_["tool_split"].trigger()
-    drag(editing, [(48, -1), (48, 20), (48, 49)])
-    counts = document.counts()
-    assert len(counts) == 3
-    assert document.labels[10, 40] == 1 != document.labels[10, 60], "the larger part keeps the name"
-    assert document.selected == [1]
-    assert document.undo_stack.undoText() == "Split Block 1"
-    editing.workspace.select([int(document.labels[10, 40]), int(document.labels[10, 60])])
-    editing.actions_["merge_blocks"].trigger()
-    assert np.array_equal(document.labels, before)
-    assert document.undo_stack.undoText() == "Merge 2 blocks"
-    said = []
-    editing.editor.message.connect(said.append)
-    steps = document.undo_stack.count()
-    editing.actions_["tool_split"].trigger()
-    drag(editing, [(-3, 10), (-3, 40)])
-    assert said == ["The line crosses no block: draw it across one."]
-    assert document.undo_stack.count() == steps
 
 
 def test_readout_tells_block_and_depths(editing):

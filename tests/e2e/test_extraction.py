@@ -192,38 +192,6 @@ def test_with_the_preview_off_the_view_follows_extract_alone(staged, qtbot):
     np.testing.assert_array_equal(_picture(staged), before)
 
 
-def test_with_the_preview_off_an_extraction_is_shown_whenever_its_frame_is(opened, qtbot, tmp_path):
-    document = opened.workspace.current
-    first = document.frame
-    _click(opened, "Preview")
-    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
-    opened.actions_["extract"].trigger()
-    _settle(opened, qtbot)
-    opened.views.sheet.set_layout("extraction")
-    _settle(opened, qtbot)
-    expected = block_overlay(first.rgb, document.labels)
-    np.testing.assert_array_equal(_picture(opened), expected)
-    assert _summary(opened).count("With these parameters") == 1
-    folder = write_frame(tmp_path / "other", ilf.RGBDFrame(first.rgb[:40], first.depth[:40]))
-    open_frame(opened, qtbot, folder)
-    opened.workspace.show(document)
-    _settle(opened, qtbot)
-    np.testing.assert_array_equal(_picture(opened), expected)
-
-
-def test_the_view_says_that_the_first_extraction_failed(window, qtbot, frame_folder, monkeypatch):
-    def fail(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
-        raise ilf.IlfError("no edges")
-
-    monkeypatch.setattr("gui.project.loading.find", fail)
-    monkeypatch.setattr("gui.features.extraction.find", fail)
-    monkeypatch.setattr(window.notes, "report", lambda *_: None)  # which would ask to be read
-    window.views.sheet.set_layout("extraction")
-    open_frame(window, qtbot, frame_folder)
-    _settle(window, qtbot)
-    assert "The extraction failed: no edges" in _summary(window)
-
-
 def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_network_is_missing(staged, qtbot):
     assert "around" not in _summary(staged)
     mine = _cut_off_by_hand(staged)
@@ -246,27 +214,6 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_
     staged.actions_["extract"].trigger()
     _settle(staged, qtbot)
     assert "elsewhere" in said[-1]
-
-
-def test_a_block_that_was_only_locked_goes_once_it_is_unlocked(opened, qtbot):
-    document, said = opened.workspace.current, _said(opened)
-    mine = _cut_off_by_hand(opened)
-    (locked,) = set(document.counts()) - document.handmade() - {document.labels[0, -1]}
-    for label in (locked, mine):
-        opened.workspace.current.set_lock(label, True)
-    for smallest in (48.0, 47.0):
-        opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=smallest, use_depth=False))
-        opened.actions_["extract"].trigger()
-        _settle(opened, qtbot)
-        assert "Kept: 2 locked." in said[-1]
-        assert document.blocks.edited, "a locked block is not what these values give"
-    for label in (locked, mine):
-        opened.workspace.current.set_lock(label, False)
-    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=46.0))
-    opened.actions_["extract"].trigger()
-    _settle(opened, qtbot)
-    assert "Kept: 1 made by hand." in said[-1]
-    assert document.handmade() == {mine}
 
 
 def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):

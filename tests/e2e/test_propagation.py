@@ -188,25 +188,6 @@ def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
     assert window.actions_["propagate_next"].isEnabled()
 
 
-def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part, qtbot):
-    workspace, entries = listed.workspace, listed.workspace.entries
-    workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
-
-    def remove():
-        propagation_run = part.run
-        if propagation_run is not None and propagation_run.present is entries[2]:
-            part.changed.disconnect(remove)
-            workspace.remove_entries(list(entries)[2:])
-
-    part.changed.connect(remove)
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(1500)
-    (propagation_run,) = ended.args
-    assert [frame.name for frame in propagation_run.done] == ["frame-1"]
-    assert (propagation_run.total, propagation_run.problems) == (1, [])
-    assert len(entries) == 2
-
-
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
     window, entry = listed, listed.workspace.entries[1]
     state = FrameState(

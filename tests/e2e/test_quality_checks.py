@@ -17,8 +17,6 @@ from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
-from ilf.evaluation.quality.remedies import Remedy
-from ilf.segmentation.editing.patches import patch_between
 
 from ..gui.states import edit
 from .conftest import activate, open_frame, write_frame
@@ -157,19 +155,6 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     for _ in range(4):
         window.actions_["undo"].trigger()
     assert settled(window, qtbot) == "2 flagged places left to check."
-
-
-def test_a_remedy_leaves_no_sliver(window, qtbot, tmp_path, monkeypatch):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    split = np.where(walls(48, WIDTH) == 1, 2, 1).astype(np.int32)
-    split[50:52, 30:32] = 1
-    remedy = Remedy("split", "Split Block 1", patch_between(np.ones_like(split), split))
-    monkeypatch.setattr("gui.features.quality.find_remedy", lambda *_, **__: remedy)
-    press(window, qtbot, "next_check")
-    press(window, qtbot, "apply_remedy")
-    assert np.array_equal(window.workspace.current.labels == 2, walls(48, WIDTH) == 1)
-    window.actions_["undo"].trigger()
-    assert (window.workspace.current.labels == 1).all(), "one step"
 
 
 def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):

@@ -6,9 +6,6 @@ from PySide6.QtTest import QTest
 
 import ilf
 from gui.features.curves import CurvesFeature
-from gui.work.frame_runs import RunState
-
-from ..gui.states import edit
 
 
 def _shown(window):
@@ -48,34 +45,6 @@ def test_the_views_look_back_and_return(opened, qtbot, run_all):
         f"i {lengths[1]} " in opened.feature(CurvesFeature).widget.readout.text
         or f"i {lengths[2]} " in opened.feature(CurvesFeature).widget.readout.text
     )
-
-
-def test_an_edit_a_run_and_another_frame_lead_back_to_the_present(opened, qtbot, run_all):
-    run_all(opened)
-    opened.panels.reveal("Convergence")
-    workspace, bar = opened.workspace, opened.feature(CurvesFeature).widget.scrub_bar
-    opened.actions_["live"].setChecked(False)
-
-    def view_iteration():
-        opened.refresh.draw_all()
-        bar._slider.setValue(2)
-        qtbot.waitUntil(lambda: workspace.viewed_iteration is not None)
-
-    view_iteration()
-    edit(workspace, 3 - workspace.current.labels[0, 0], rows=np.s_[:3], columns=np.s_[:3])
-    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
-    workspace.current.undo_stack.undo()
-    view_iteration()
-    opened.actions_["step"].trigger()
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.PAUSED)
-    view_iteration()
-    opened.actions_["pause"].trigger()
-    assert (workspace.viewed_iteration, bar.at_end) == (None, True)
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
-    view_iteration()
-    workspace.show(None)
-    opened.refresh.now()
-    assert (workspace.viewed_iteration, bar.last) == (None, 0)
 
 
 def test_key_frames_are_those_of_the_last_frames_that_were_run(opened):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QCheckBox, QToolButton, QWidget
 
@@ -154,22 +154,6 @@ def test_who_goes_through_the_panels_by_keys_has_space_there(editing):
     before = check.isChecked()
     key(editing, _Key.Key_Space)
     assert check.isChecked() != before
-
-
-def test_space_pans_in_a_view_that_had_not_the_focus(editing):
-    _take(editing, "paint")
-    click(editing, (50, 24))
-    steps = editing.workspace.current.undo_stack.count()
-    view = editing.views.cells["colour"].view
-    corner = view.to_image(QPointF(0, 0))
-    other = editing.views.cells["depth-in"].view
-    other.setFocus()
-    QTest.keyPress(other, _Key.Key_Space)
-    view.setFocus()  # as a click does
-    drag(editing, [(40, 20), (30, 20), (20, 20)])
-    QTest.keyRelease(view, _Key.Key_Space)
-    assert view.to_image(QPointF(0, 0)).x() > corner.x() + 5
-    assert editing.workspace.current.undo_stack.count() == steps
 
 
 def test_undo_gives_up_what_is_under_way_only(editing):

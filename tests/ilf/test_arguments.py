@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf.data.by_hand import DepthByHand
 
 CAMERA = (60.0, 60.0, 31.5, 23.5)
 
@@ -79,6 +80,10 @@ def test_writers_take_path_and_value_in_either_order(completion, small_frame, tm
         (lambda frame: ilf.open_source(None), "path, not NoneType"),
         (lambda frame: ilf.preset(3), "name or file, not int"),
         (lambda frame: ilf.save_preset(ilf.preset(), "soft"), "parameters, not str"),
+        (lambda frame: ilf.Camera(*CAMERA, model="omni"), "model must be pinhole or fisheye, not 'omni'"),
+        (lambda frame: ilf.Camera(*CAMERA).shape, "not known. Give it as size"),
+        (lambda frame: ilf.point_cloud(frame.depth, frame.rgb, {"fx": 60, "cx": 1}), "lack fy, cy. Give fx, fy"),
+        (lambda frame: DepthByHand(frame.depth, weight=2), "weight of depth by hand must lie between 0 and 1, not 2"),
     ],
 )
 def test_what_cannot_be_meant_is_one_sentence(call, told, small_frame, tmp_path, monkeypatch):

@@ -183,14 +183,3 @@ def test_documents_name_extras_that_there_are_and_users_install_by_name():
             assert set(extras.split(",")) <= EXTRAS.keys(), document
             if document.parent == ROOT / "assets" / "docs" and document.name not in ("install.md", "reliability.md"):
                 assert form == "ilf-studio", f"{document} is for users, who have no clone"
-
-
-def test_the_top_level_has_nothing_else():
-    """What a program writes beside itself is not noticed otherwise."""
-    if not (ROOT / ".git").exists():
-        pytest.skip("no clone")
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    names = {line.partition("/")[0] for line in listed.splitlines()}
-    assert {name for name in names if not name.startswith(".")} == {
-        *("LICENSE", "README.md", "assets", "gui", "ilf", "pyproject.toml", "tests")
-    }

@@ -56,11 +56,16 @@ def _image(name: str, channels: int) -> bytes:
 
 
 def write_network(
-    path: Path, nodes: list[bytes], inputs: dict[str, int] | None = None, outputs: dict[str, int] | None = None
+    path: Path,
+    nodes: list[bytes],
+    inputs: dict[str, int] | None = None,
+    outputs: dict[str, int] | None = None,
+    weights: bytes = b"",
 ) -> Path:
     """Write a network of these operations, which counts as bundled, so that no child tries it first; `inputs` and
-    `outputs` name images and channels."""
+    `outputs` name images and channels, `weights` is a tensor of the graph."""
     graph = b"".join(message(1, one) for one in nodes) + message(2, "tiny")
+    graph += message(5, weights) if weights else b""
     graph += b"".join(message(11, _image(*item)) for item in (inputs or {"image": 3}).items())
     graph += b"".join(message(12, _image(*item)) for item in (outputs or {"strength": 1}).items())
     content = number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from . import commands, library
-from .__main__ import ROOT, main, worktree
+from .__main__ import ROOT, main
 
 CHOSEN = [("hills", "best, everything"), ("wall", "best, neighbours")]
 
@@ -75,20 +75,6 @@ def test_a_difference_is_printed_and_is_the_exit_status(tmp_path, capsys):
         "old.png is gone",
     }
     assert summary == f"{total - 2} of {total + 1} hashes equal"
-
-
-@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="not a clone")
-def test_the_worktree_of_a_commit_is_removed_whatever_happens(tmp_path):
-    def interrupted() -> None:
-        with worktree("HEAD", tmp_path / "tree") as tree:
-            assert (tree / "ilf" / "__init__.py").is_file()
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    listed = subprocess.run(["git", "worktree", "list"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert not (tmp_path / "tree").exists()
-    assert str(tmp_path) not in listed
 
 
 def test_a_table_without_what_is_asked_for_is_not_equal_to_nothing(tmp_path):

@@ -20,7 +20,7 @@ from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 from tests.ilf.project_states import made_frame, rich_state, small_frame
-from tests.ilf.tiny_onnx import message, node, number
+from tests.ilf.tiny_onnx import message, node, number, write_network
 
 HEIGHT, WIDTH = SHAPE = 24, 32
 
@@ -406,19 +406,8 @@ def onnx(folder: Path) -> list[bytes]:
     weights += message(9, np.full(27, 0.01, "<f4").tobytes())
     convolved = node("Conv", ["image", "w"], "sum", kernel_shape=[3, 3], pads=[1, 1, 1, 1])
     sigmoid = node("Sigmoid", ["sum"], "strength")
-    return [_network([mean]), _network([pooled, largest, sigmoid]), _network([convolved, sigmoid], weights)]
-
-
-def _network(nodes: list[bytes], weights: bytes = b"") -> bytes:
-    def image(name: str, channels: int) -> bytes:
-        sizes = (number(1, 1), number(1, channels), message(2, "height"), message(2, "width"))
-        shape = b"".join(message(1, size) for size in sizes)
-        return message(1, name) + message(2, message(1, number(1, 1) + message(2, shape)))
-
-    graph = b"".join(message(1, one) for one in nodes) + message(2, "tiny")
-    graph += message(5, weights) if weights else b""
-    graph += message(11, image("image", 3)) + message(12, image("strength", 1))
-    return number(1, 8) + message(7, graph) + message(8, message(1, "") + number(2, 17))
+    networks = (([mean], b""), ([pooled, largest, sigmoid], b""), ([convolved, sigmoid], weights))
+    return [write_network(folder / "w", nodes, weights=given).read_bytes() for nodes, given in networks]
 
 
 def nyu_labelled(folder: Path) -> list[bytes]:

@@ -30,7 +30,7 @@ from PySide6.QtWidgets import (
 )
 
 from gui.base import theme
-from gui.widgets.basics import Message, Themed
+from gui.widgets.basics import Message
 
 TEXT, LINE = 4.5, 3.0
 APART = 20.0
@@ -209,32 +209,6 @@ def test_drawn_texts_stand_out(palette, qtbot, make):
     shares = Counter(image.pixel(*place) for place in places)
     ground = QColor(shares.most_common(1)[0][0])
     assert max(contrast(QColor(colour), ground) for colour in shares) >= TEXT
-
-
-def test_what_is_hidden_takes_the_theme_when_it_is_shown(qapp, qtbot):
-    class Probe(Themed, QWidget):
-        taken = 0
-
-        def _take_theme(self):
-            self.taken += 1
-
-    theme.apply_theme(qapp, "light")
-    probe = Probe()
-    qtbot.addWidget(probe)
-    probe.show()
-    theme.apply_theme(qapp, "dark")
-    qapp.processEvents()
-    taken = probe.taken
-    assert taken > 0
-    probe.hide()
-    theme.apply_theme(qapp, "light")
-    qapp.processEvents()
-    assert probe.taken == taken
-    probe.show()
-    assert probe.taken == taken + 1
-    probe.hide()
-    probe.show()
-    assert probe.taken == taken + 1
 
 
 @pytest.mark.parametrize("kind", [QTabBar, QMenuBar])

@@ -80,17 +80,6 @@ def test_files_of_other_programs_are_offered_where_the_frame_has_what_they_need(
     assert again.files.options().exports == ()
 
 
-def test_what_a_report_and_a_batch_also_write_is_remembered(make):
-    dialog = make()
-    dialog.report.setChecked(True)
-    dialog.hidden.setChecked(True)
-    dialog.sheet.setChecked(True)
-    dialog.opens.setChecked(False)
-    accept(dialog)
-    again = make()
-    assert (again.hidden.isChecked(), again.sheet.isChecked(), again.opens.isChecked()) == (True, True, False)
-
-
 def test_a_hold_out_that_is_chosen_in_one_place_is_so_in_all(qtbot):
     here, there = HoldOutChoice(), HoldOutChoice()
     for choice in (here, there):
@@ -131,18 +120,6 @@ def test_a_mesh_with_or_without_a_cloud(make):
     assert make().files.options().mesh == "obj"
 
 
-def test_the_expected_error_goes_with_the_depth_files(make):
-    dialog = make()
-    assert "expected_error.png" in dialog.message.text()
-    dialog.files.expected_error.setChecked(False)
-    assert "expected_error" not in dialog.message.text()
-    accept(dialog)
-    assert not make().files.options().expected_error
-    for box in (dialog.files.depth_png, dialog.files.depth_npy):
-        box.setChecked(False)
-    assert not dialog.files.expected_error.isEnabled()
-
-
 def test_without_result_no_curves_and_a_word_about_it(make):
     dialog = make(has_result=False)
     assert not dialog.files.options().curves
@@ -165,25 +142,6 @@ def test_units_that_are_no_number_are_refused(make, units):
     assert dialog.message.tone() == "error"
     with pytest.raises(ParameterError):
         dialog.files.options()
-
-
-def test_a_file_is_no_folder_and_nothing_is_no_export(make, tmp_path):
-    (tmp_path / "taken").touch()
-    dialog = make()
-    dialog.folder_path.setText(str(tmp_path / "taken"))
-    assert not dialog.export_button.isEnabled()
-    dialog.folder_path.setText(str(tmp_path / "new"))
-    assert dialog.export_button.isEnabled()
-    for box in (
-        dialog.files.depth_png,
-        dialog.files.depth_npy,
-        dialog.files.cloud,
-        dialog.files.labels,
-        dialog.files.curves,
-        dialog.files.run_record,
-    ):
-        box.setChecked(False)
-    assert not dialog.export_button.isEnabled()
 
 
 def test_settings_of_another_version_do_no_harm(make):

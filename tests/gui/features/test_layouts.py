@@ -72,27 +72,6 @@ def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot, opened):
     second.close()
 
 
-def test_looks_aside_leave_the_layout_and_go_back_to_its_views(opened):
-    window, layouts = opened()
-    views = window.views
-    for name, own in (("tune", "grid"), ("correct", "correct")):
-        layouts.turn(name)
-        panels = window.panels.open
-        for aside in ("compare", "depth-out"):
-            views.sheet.toggle_layout(aside)
-            assert (layouts.present, views.sheet.layout_name, window.panels.open) == (name, aside, panels)
-            views.sheet.toggle_layout(aside)
-            assert (layouts.present, views.sheet.layout_name, window.panels.open) == (name, own, panels)
-        views.sheet.toggle_layout("compare")
-    layouts.turn("tune")
-    assert views.sheet.layout_name == "compare", "as it was left"
-    views.sheet.toggle_layout("compare")
-    assert (layouts.present, views.sheet.layout_name) == ("tune", "grid"), "and not the views of the layout before"
-    layouts.turn("correct")
-    assert views.sheet.layout_name == "compare", "as it was left, too"
-    window.close()
-
-
 def _area(window: MainWindow, title: str) -> Qt.DockWidgetArea:
     return window.dockWidgetArea(window.findChild(QDockWidget, title))
 

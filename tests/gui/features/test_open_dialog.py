@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import QMimeData, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog
+from PySide6.QtWidgets import QApplication
 from shiboken6 import isValid
 
 from gui.features.documents.frame_files import pair_of
@@ -19,7 +19,7 @@ from gui.widgets.basics import open_once
 from gui.work.jobs import stop_workers
 from gui.work.latest_request import LatestRequest
 from ilf.errors import FormatError
-from ilf.sources.reading import load_frame, read_frame
+from ilf.sources.reading import read_frame
 from tests.ilf.phone_files import write_record3d
 from tests.pins.window.hand import dragged
 
@@ -54,19 +54,6 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
     dialog.read()
     assert "Median 2.00 m" in dialog.message.text()
     assert dialog.message.text().endswith("Read from meta.json beside the files: name, intrinsics.")
-
-
-def test_request_opens_the_very_frame(dialog, folder):
-    dialog.set_files(str(folder / "depth.png"), str(folder / "rgb.png"))
-    dialog.encoding.setEditText("500 (mine)")
-    dialog.camera.setEditText("525, 525 319.5, 239.5")
-    dialog.accept()
-    assert dialog.result() == QDialog.DialogCode.Accepted
-    request = dialog.request()
-    options = request.options
-    frame = load_frame(request.rgb, request.depth, encoding=options.encoding, intrinsics=options.intrinsics)
-    assert float(np.nanmedian(frame.depth)) == 4.0
-    assert frame.intrinsics.cx == 319.5
 
 
 def test_the_camera_field_says_what_to_type(dialog, folder):

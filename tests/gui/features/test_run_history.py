@@ -1,9 +1,7 @@
 """Runs that are kept: what is kept of them and when, what they share, how they are come back to."""
 
 import csv
-import gc
 import math
-import weakref
 
 import numpy as np
 import pytest
@@ -102,17 +100,6 @@ def test_a_drag_is_one_run_and_undo_makes_none(bench, keeper, until, monkeypatch
     until(lambda: len(document.state.runs) == 3)
     assert names(document)[1:] == ["mine", "Live 3: Edit; best, smoothness 4 x"]
     assert document.state.runs[2].run.blocks.labels is not live.run.blocks.labels
-
-
-def test_a_frame_whose_values_were_dragged_is_freed_when_it_is_closed(bench, keeper, until):
-    workspace, document = bench.workspace, bench.document
-    workspace.parameters.set(ilf.preset(smoothness=2.0))
-    bench.runs.current.resolve([1])
-    until(lambda: len(document.state.runs) == 1)
-    step = weakref.ref(document.undo_stack.command(0))
-    workspace.remove_entries([workspace.entries.of(document.id)])
-    gc.collect()
-    assert step() is None, "a step of the history holds its frame"
 
 
 def test_what_runs_give_of_the_rest_is_kept_by_pixels(document, workspace):

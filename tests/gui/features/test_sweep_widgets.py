@@ -38,6 +38,9 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
     box.set_frame(has_ground_truth=True, chosen="Wall")
     assert box.by_ground_truth
     assert box.test() is None
+    with qtbot.waitSignal(box.changed):
+        qtbot.keyClick(box.blocks, Qt.Key.Key_Down)
+    assert box.for_selected
     box.kind.setCurrentIndex(1)
     box.kind.activated.emit(1)
     box.hold_out.pattern.setCurrentIndex(box.hold_out.pattern.findData("random"))

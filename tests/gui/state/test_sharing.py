@@ -19,10 +19,6 @@ def set_smoothness(workspace, value: float):
     workspace.parameters.set(workspace.parameters.current.replace(smoothness=value))
 
 
-def texts(document) -> list[str]:
-    return [document.undo_stack.text(number) for number in range(document.undo_stack.count())]
-
-
 @pytest.fixture
 def shared(workspace):
     """Both frames have the values of all."""
@@ -40,23 +36,6 @@ def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(worksp
     assert smoothness(document, other) == [3.0, 1.0]
     document.undo_stack.redo()
     assert smoothness(document, other) == [3.0, 3.0]
-
-
-def test_a_value_goes_to_all_frames_as_one_step_where_it_was_set(shared, document, other, small_frame, small_labels):
-    set_smoothness(shared, 3.0)
-    assert smoothness(document, other) == [3.0, 3.0]
-    assert texts(document)[-1] == "Set Smoothness for all frames"
-    assert texts(other) == []
-    later = Document.of(ilf.Run(small_frame, small_labels), "later", "later")
-    shared.open_document(later)
-    assert later.state.common == document.state.common
-    shared.show(other)
-    set_smoothness(shared, 5.0)
-    # undo takes back the step of the frame that is looked at: what it set is what it was, for all frames
-    shared.show(document)
-    document.undo_stack.undo()
-    assert smoothness(document, other, later) == [1.0, 1.0, 1.0]
-    assert shared.parameters.shared.values.smoothness == 1.0
 
 
 def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_back(

@@ -47,29 +47,6 @@ def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(
     assert document.valid_results() == {1: newer, 2: results[1]}
 
 
-def test_the_depth_of_an_edited_block_stays_to_be_seen_as_stale(workspace, document, results):
-    workspace.parameters.set(QUICK)
-    document.store_results(results)
-    before = document.current_depth().copy()
-    assert not document.stale.any()
-    edit(workspace, 3)
-    after = document.current_depth()
-    assert not document.valid_results().keys() & {1, 3}
-    np.testing.assert_array_equal(after, before)
-    changed = np.isin(document.labels, (1, 3)) & np.isfinite(before)
-    np.testing.assert_array_equal(document.stale, changed)
-    assert document.update_depth() is None, "nothing has changed since"
-    again = document.run(QUICK).complete().results
-    document.store_results([again[3]])
-    document.update_depth()
-    assert not document.stale[document.labels == 3].any()
-    document.undo_stack.undo()
-    np.testing.assert_array_equal(document.current_depth(), before)
-    assert not document.stale.any()
-    document.undo_stack.redo()
-    assert list(document.valid_results()) == [2, 3], "what has been solved since is not lost either"
-
-
 def test_the_present_depth_is_that_of_the_completion_whatever_happens(workspace, document, results):
     """What is kept up to date box by box is what would be made anew."""
     random = np.random.default_rng(0)

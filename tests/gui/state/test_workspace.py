@@ -7,11 +7,10 @@ import ilf
 from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
-from gui.state.results import ErrorEstimate, FrameResults
-from gui.state.workspace import Workspace
+from gui.state.results import ErrorEstimate
 from ilf.project.project import Stage
 
-from ..states import QUICK, edit, painted
+from ..states import edit, painted
 
 # sessions
 
@@ -42,31 +41,6 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, sm
             document.frame, ilf.Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
         )
         assert Document.of(run, "origin", "key").blocks.edited
-
-
-def test_results_count_as_long_as_the_block_has_the_very_pixels(document, results):
-    assert document.completion() is None
-    document.add_results(results[::-1])
-    assert list(document.valid_results()) == [1, 2]
-    completion = document.completion()
-    assert completion is document.completion()
-    assert completion.filled.any()
-    before = document.labels.copy()
-    for label, left in ((0, [2]), (2, [])):
-        document.set_labels(painted(document, label))
-        assert list(document.valid_results()) == left
-        assert document.completion() is not completion
-        document.set_labels(before)
-        assert list(document.valid_results()) == [1, 2], "undo brings them back"
-    elsewhere = painted(document, 1, np.s_[40:44], np.s_[60:64])
-    document.set_labels(elsewhere)
-    assert list(document.valid_results()) == [], "one has lost pixels, the other gained some outside its box"
-    document.set_labels(before)
-    kept = document.swap_results(FrameResults({}))
-    assert document.completion() is None
-    assert document.valid_results() == {}
-    document.swap_results(kept)
-    assert list(document.valid_results()) == [1, 2]
 
 
 # results while a run goes on
@@ -138,44 +112,6 @@ def test_what_is_noted_on_a_frame_that_cannot_be_opened_hides_no_problem(workspa
     assert (entry.summary.stage, entry.summary.problem) == (Stage.FAILED, "files are missing")
     assert (entry.stored_summary.note, entry.stored_summary.problem) == ("dark", "")
     assert entry.stored_summary.stage is not Stage.FAILED
-
-
-def test_parameters_of_a_recorded_run(small_frame, small_labels, document):
-    """They are its frame's, whatever other frames have."""
-    labels = small_labels.copy()
-    labels[:5] = 3
-    blocks = ilf.Blocks(labels, extraction=ilf.BlockParameters(granularity=0.9)).with_parameters(
-        {3: ilf.preset()}, QUICK
-    )
-    run = ilf.Run(small_frame, blocks, QUICK)
-    recorded, alone = Document.of(run, "run.json", "run.json"), Workspace()
-    alone.open_document(recorded, run)
-    assert alone.parameters.current == QUICK
-    assert recorded.parameters_of(3) == ilf.preset()
-    assert list(recorded.blocks.own) == [3]
-    assert recorded.selected == []
-    assert alone.parameters.extraction.granularity == 0.9
-
-    run = ilf.Run(small_frame, labels, QUICK, only=frozenset({2, 3}))
-    second, beside = Document.of(run, "run.json", "run.json"), Workspace()
-    beside.open_document(document)
-    beside.open_document(second, run)
-    assert (beside.parameters.current, document.state.common) == (QUICK, ilf.preset())
-    assert second.blocks.own == {}
-    assert second.selected == [2, 3], "the blocks that were run"
-    assert beside.parameters.extraction == ilf.BlockParameters()
-
-
-def test_what_a_run_is_made_of(document, results):
-    document.change_blocks(own={2: {"smoothness": 2.0}, 9: {"smoothness": 3.0}})
-    run = document.run(ilf.preset(), [1])
-    assert (run.parameters, dict(run.blocks.own), run.only) == (ilf.preset(), {2: {"smoothness": 2.0}}, [1])
-    assert (run.blocks.extraction, run.blocks.edited, run.extrapolate) == (ilf.BlockParameters(), False, False)
-    np.testing.assert_array_equal(run.blocks.labels, document.labels)
-    document.set_labels(painted(document, 2))
-    assert document.run(QUICK).blocks.edited
-    assert document.run(QUICK).only is None
-    assert run.blocks.labels[0, 0] == 1, "a run keeps the blocks that it was made with"
 
 
 # edits

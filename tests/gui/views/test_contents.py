@@ -226,22 +226,6 @@ def test_ranges_are_robust_full_or_fixed_and_stay_when_they_are_locked(views):
     assert views.ranges.depth == (2.0, 3.0)
 
 
-def test_values_under_the_pointer_are_marked_on_the_bars(views):
-    views.give(depth=flat(2.1))
-    views.give(expected=flat(0.02))
-    view = views.cells["colour"].view
-    QTest.mouseMove(view.viewport(), place(view, 30.5, 30.5))
-    values = {name: views.cells[name].bar.value for name in ("colour", "depth-in", "depth-out", "expected-error")}
-    assert values == {
-        "colour": None,
-        "depth-in": 2.0,
-        "depth-out": pytest.approx(2.1),
-        "expected-error": pytest.approx(20),
-    }
-    QTest.mouseMove(view.viewport(), place(view, 15.5, 15.5))
-    assert views.cells["depth-in"].bar.value is None, "nothing was measured there"
-
-
 def test_a_title_opens_a_menu_and_a_double_click_still_enlarges(views, qtbot):
     views.give(depth=flat(2.1))
     views.give(runs=[views.run("Mine & yours", flat(2.2))])

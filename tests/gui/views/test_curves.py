@@ -14,7 +14,7 @@ from gui.features.curves import draw_curves
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.views.curves.axes import LengthAxis
-from gui.views.curves.curve import FLOOR, Curve
+from gui.views.curves.curve import Curve
 from gui.views.curves.panel import EMPTY_TEXT, CurvesPanel
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 
@@ -135,19 +135,6 @@ def test_a_corrected_block_has_the_error_of_its_depth(panel):
         document.store_results([replace(result, depth=result.depth - 0.01, correction=correction)])
         show(panel, workspace)
         assert expected in panel.readout.text
-
-
-def test_zero_and_unknown_sigma_do_not_upset_the_axis(panel):
-    records = [
-        PassBandRecord(i, 1, sigma, 10.0, 0.1, math.nan, 0.0, (2.0, 2.0), False)
-        for i, sigma in enumerate((0.5, 0.0, math.nan, 1e-12, 0.2), 1)
-    ]
-    panel.show_curves([curve(records)])
-    panel.grab()
-    _, values = drawn(panel.sigma_plot)
-    assert values[1] == values[3] == math.log10(FLOOR)
-    low, high = panel.sigma_plot.getViewBox().viewRange()[1]
-    assert -8 < low < high < 1
 
 
 def test_the_criteria_are_in_view_and_say_their_values(panel):

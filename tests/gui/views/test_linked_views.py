@@ -1,7 +1,6 @@
 """The linked views through real mouse events and the pixels they paint."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -447,23 +446,6 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert list(widths()) == ["depth-out"]
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
-
-
-@pytest.mark.parametrize("width", [640, 1100, 2000])
-@pytest.mark.parametrize(("metres", "unit"), [((0.42, 5.3), "m"), ((1.5, 1.52), "m"), ((3.0, 90.0), "m")])
-def test_a_colour_bar_is_outside_the_picture_and_has_three_ticks_at_least(views, width, metres, unit):
-    depth = np.linspace(*metres, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
-    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), depth)
-    views.resize(width, 500)
-    cell = views.cells["depth-in"]
-    assert cell.bar.isVisible()
-    assert cell.strip.rect().contains(cell.bar.geometry())
-    assert cell.strip.geometry().bottom() < cell.view.geometry().top()
-    texts = [text for text, _ in cell.bar.ticks]
-    assert len(texts) >= 3
-    assert len(set(texts)) == len(texts)
-    places = [cell.bar._label(*tick) for tick in cell.bar.ticks]
-    assert all(left.right() < right.left() for left, right in pairwise(places))
 
 
 def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):

@@ -1,13 +1,8 @@
-"""The window fits the screen, at the first start and when its last place has another screen; full screen; icon."""
+"""The window fits the screen, at the first start and when its last place has another screen; full screen."""
 
-import runpy
-from pathlib import Path
-
-import cv2
-import numpy as np
 import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
-from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QToolButton, QWidget
 
@@ -15,7 +10,6 @@ from gui.app.main_window import MainWindow
 from gui.features.status import StatusFeature
 from gui.widgets import docks
 from gui.widgets.docks import PanelTitle
-from ilf._runtime.installation import asset_path
 
 
 @pytest.fixture
@@ -126,14 +120,3 @@ def test_full_screen_by_f11_and_back_and_escape_does_not_quit(window, qtbot):
     assert not window.isFullScreen()
     window.showFullScreen()
     qtbot.waitUntil(window.actions_["full_screen"].isChecked)
-
-
-def test_the_icon_is_what_its_script_draws():
-    path, script = asset_path("icons/ilf-studio.png"), runpy.run_path(str(Path("assets/icons/make_icon.py").resolve()))
-    drawn = script["draw_icon"]()
-    stored = cv2.cvtColor(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), cv2.COLOR_BGRA2RGBA)
-    np.testing.assert_allclose(stored.astype(int), drawn.astype(int), atol=1)
-    assert not QImage(str(path)).isNull()
-    assert drawn[0, 0, 3] == 0
-    assert drawn[128, 128, 3] == 255
-    assert Path("assets/icons/ilf-studio.svg").read_text() == script["icon_svg"]()

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from gui.features.blocks.feature import block_rows
-from gui.state.parts import Part
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
 from ilf.data.label_map import find_blocks
 from ilf.segmentation.editing.cleaning import merge
-
-from ..states import Told
 
 # starting and ending
 
@@ -46,24 +43,6 @@ def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(be
         [],
         0.0,
     )
-
-
-def test_records_results_and_progress_come_as_they_are_made(bench, until):
-    results = bench.document.results
-    bench.runs.current.start()
-    assert bench.runs.current.queued == {1, 2}
-    bench.script.allow(2)
-    until(lambda: len(results.live.get(1, [])) == 2)
-    assert (results.running, bench.runs.current.queued, bench.runs.of(bench.document).share_done) == ([1], {2}, 0.0)
-    bench.script.allow(1)
-    until(lambda: 1 in bench.document.valid_results())
-    assert (results.running, bench.runs.current.queued, bench.runs.of(bench.document).share_done) == ([], {2}, 15 / 32)
-    bench.script.allow(1)
-    until(lambda: results.running == [2])
-    assert bench.runs.current.queued == set()
-    bench.finish()
-    numbers = {label: [i for other, batch in bench.records if other == label for i in batch] for label in (1, 2)}
-    assert numbers == {1: [1, 2], 2: [1, 2]}
 
 
 def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench, until):
@@ -160,20 +139,6 @@ def test_results_of_blocks_that_were_edited_meanwhile_are_told_as_lost(bench):
     assert bench.document.valid_results() == {}
     bench.workspace.undo_group.undo()
     assert set(bench.document.valid_results()) == {1, 2}, "undo brings them back"
-
-
-def test_results_go_to_the_frame_that_runs_wherever_the_user_has_turned(bench):
-    bench.runs.current.start()
-    second = bench.open("second")
-    told = Told(bench.workspace)
-    listed: list[int] = []
-    bench.workspace.changed.connect(lambda _: listed.append(len(bench.document.valid_results())))
-    bench.finish()
-    assert bench.said[0].startswith("first: ")
-    assert set(bench.document.valid_results()) == {1, 2}
-    assert second.valid_results() == {}
-    assert told() & ~Part.RUNNING == Part.LIST, "nothing of the frame that is shown has changed"
-    assert listed[-1] == 2
 
 
 def test_results_of_a_frame_that_was_closed_meanwhile_trouble_nobody(bench):

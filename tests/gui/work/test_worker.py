@@ -87,24 +87,6 @@ def test_what_was_yielded_before_a_cancel_still_comes(worker, said, until):
     assert job.closed
 
 
-def test_pausing_stepping_and_going_on(worker, said, until):
-    job = Job(5)
-    job.gate.release(5)
-    worker.start(job, paused=True)
-    until(lambda: said == [0, "paused"])
-    assert worker.busy
-    assert worker.is_paused
-    worker.order(Order.STEP)
-    until(lambda: said == [0, "paused", 1, "paused"])
-    worker.order(Order.STEP)
-    until(lambda: said[-2:] == [2, "paused"])
-    worker.order(Order.RUN)
-    until(lambda: not worker.busy)
-    assert [item for item in said if item != "paused"] == [0, 1, 2, 3, 4, ("finished", "done")]
-    assert said.count("paused") == 3
-    assert not worker.is_paused
-
-
 def test_nothing_is_heard_after_a_shutdown(worker, said, qtbot):
     assert worker.shutdown(), "nothing runs"
     job = Job()

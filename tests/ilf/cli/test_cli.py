@@ -510,6 +510,7 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("complete a b --by-hand-weight 1", "add --by-hand."),
         ("complete a b --neighbours 1", "--neighbours applies to frames of a folder or a recording"),
         ("complete a --neighbour-step 2", "add --neighbours."),
+        ("batch in --out out --static-camera --neighbours 1", "leave out --neighbours."),
         ("complete a b --layout tum", "select one with --frame"),
         ("complete --replay run.json --normals", "leave out --normals."),
         ("complete --replay run.json --mode fill --png-units 5", "leave out --mode, --png-units."),

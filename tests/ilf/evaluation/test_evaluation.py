@@ -166,19 +166,6 @@ def test_bad_tests_are_refused(planes):
         ilf.evaluate_hold_out(ilf.Run(frame, np.ones((40, 60), np.int32)), ilf.HoldOutTest("random", (0,)))
 
 
-def test_a_sweep_against_the_truth_finds_the_best_value(run):
-    items: list[Progress | SweepPoint] = []
-    result = run_sweep(Sweep(run, {"shortest_wavelength": [200, 15]}), on_step=items.append)
-    assert [point.values for point in result.points] == [{"shortest_wavelength": 200.0}, {"shortest_wavelength": 15.0}]
-    for point in result.points:
-        completion = replace(run, parameters=QUICK.replace(**point.values)).complete()
-        np.testing.assert_array_equal(point.depth, completion.depth)
-        assert point.whole.rmse == ilf.evaluate_completion(run.frame, completion).rmse
-        assert point.run.parameters.shortest_wavelength == point.values["shortest_wavelength"]
-    assert result.best is min(result.points, key=lambda point: point.whole.rmse)
-    assert [type(item) for item in items].count(SweepPoint) == 2
-
-
 def test_a_sweep_of_two_on_hidden_depth_for_one_blocks_own_values(run):
     own = QUICK.replace(max_iterations=5)
     values = {"shortest_wavelength": [100, 15], "centred": [False, True]}

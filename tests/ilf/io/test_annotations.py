@@ -192,6 +192,9 @@ def test_masks_of_segment_anything_as_json_and_as_folder(tmp_path):
 
 
 SQUARE = square(0, 0, 2)
+GREY, COLOURED = (
+    base64.b64encode(cv2.imencode(".png", np.ones(shape, np.uint8))[1]).decode() for shape in ((2, 2), (2, 2, 3))
+)
 BAD = {
     "broken": ("{", "not valid JSON"),
     "nested": ("[" * 100_000, "not valid JSON"),
@@ -210,6 +213,8 @@ BAD = {
     "circle": (labelme(shape_of(SQUARE, shape_type="circle")), "circle with 4 points instead of 2"),
     "mask": (labelme(shape_of([[0, 0], [1, 1]], shape_type="mask", mask="!")), "no readable mask"),
     "empty mask": (labelme(shape_of([[0, 0], [1, 1]], shape_type="mask", mask="")), "shape 1"),
+    "mask beyond": (labelme(shape_of([[5, 3], [7, 5]], shape_type="mask", mask=GREY)), "beyond the image of 6 x 4"),
+    "colour mask": (labelme(shape_of(SQUARE[:2], shape_type="mask", mask=COLOURED)), "Export it with one channel"),
     "run sum": (coco({"size": [4, 6], "counts": [12, 4]}), "do not add up to the image's 24 pixels"),
     "run length": (coco({"size": [4, 6], "counts": [12, 10**30]}), "do not add up"),
     "many runs": (coco({"size": [4, 6], "counts": [0] * 100 + [24]}), "do not add up"),
@@ -272,15 +277,3 @@ def test_what_cannot_be_written_is_said(tmp_path):
     with pytest.raises(ExportError, match="the labels 0 to 255, not 256: use a label map of 16 bits"):
         write_blocks(tmp_path / "a.png", labels * 256, format="palette")
     assert not list(tmp_path.iterdir())
-
-
-def test_the_files_name_the_image(tmp_path):
-    labels = np.ones(SHAPE, np.int32)
-    (tmp_path / "out").mkdir()
-    for format, found in (
-        ("labelme", lambda content: content["imagePath"] == "../frame/rgb.jpg"),
-        ("coco", lambda content: content["images"][0]["file_name"] == "rgb.jpg"),
-    ):
-        path = tmp_path / "out" / "a.json"
-        write_blocks(path, labels, format=format, image=tmp_path / "frame" / "rgb.jpg")
-        assert found(json.loads(path.read_text()))

@@ -15,7 +15,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.errors import FormatError
-from ilf.run.record import SCHEMA, RecordedMask, array_sha256, make_record, read_record, to_json
+from ilf.run.record import array_sha256, make_record, read_record, to_json
 from ilf.run.versions import library_versions
 
 from ..small_frames import QUICK
@@ -46,26 +46,6 @@ def test_same_run_gives_same_record_without_times(tmp_path):
     assert first.endswith(b"}\n")
     assert b"seconds" not in first
     assert str(tmp_path / "out").encode() not in first
-
-
-def test_record_reads_back(tmp_path):
-    special = ilf.preset(**QUICK, mode="fill+denoise")
-    run = with_drawn_border(with_invalid_mask(small_run(tmp_path)))
-    run = replace(run.with_parameters(run.parameters, {2: special}), extrapolate=True)
-    path = written(run, tmp_path / "out")
-    assert json.loads(path.read_text())["block_parameters"] == {"2": {"mode": "fill+denoise"}}
-    record = read_record(path)
-    assert json.loads(path.read_text())["schema"] == SCHEMA == 1
-    assert record.own_parameters == {1: ilf.preset(**QUICK), 2: special}
-    assert record.export == OPTIONS
-    assert record.extraction == ilf.BlockParameters()
-    assert (record.name, record.inputs) == ("in", run.frame.inputs)
-    assert record.blocks.shape == (60, 80)
-    assert record.extrapolate
-    assert not record.blocks.edited
-    assert record.invalid_mask == RecordedMask(array_sha256(run.frame.invalid_mask), "invalid_mask.png")
-    assert record.drawn == RecordedMask(array_sha256(run.blocks.drawn), "drawn.png")
-    assert to_json(record) == path.read_bytes()
 
 
 def test_the_record_vouches_for_every_file_of_the_set(tmp_path):

@@ -9,7 +9,6 @@ import pytest
 
 import ilf
 from ilf._runtime.formatting import counted
-from ilf.cli import main
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
@@ -256,14 +255,3 @@ def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
 def test_unknown_choices_are_refused(wrong):
     with pytest.raises(ParameterError):
         ExportOptions(**wrong)
-
-
-def test_a_completion_saves_what_the_command_line_writes(run, tmp_path):
-    inputs = run.frame.inputs
-    frame = ilf.load_frame(inputs.rgb.path, inputs.depth.path, intrinsics=inputs.intrinsics)
-    written = ilf.complete(frame, max_iterations=25).save(tmp_path / "library")
-    camera = ",".join(map(str, inputs.intrinsics))
-    arguments = [inputs.rgb.path, inputs.depth.path, "--intrinsics", camera, "--max-iterations", "25", "--quiet"]
-    assert main(["complete", *arguments, "--out", str(tmp_path / "command")]) == 0
-    assert contents(tmp_path / "library") == contents(tmp_path / "command")
-    assert [path.name for path in written.files] == [*ExportOptions().filenames()[:-1], "meta.json", "run.json"]

@@ -87,6 +87,16 @@ def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path):
         ilf.open_source(tmp_path / "recording.bag", max_gap=0.001)
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"dataset": "/depth"}, "a dataset is that of a depth file"), ({"undistort": True}, "do not undistort")],
+)
+def test_options_that_a_recording_cannot_follow_are_refused(tmp_path, options, message):
+    path = write_aligned(tmp_path, "mcap", frames=1)
+    with pytest.raises(InputError, match=message):
+        ilf.load_frame(path, frame=ilf.open_source(path).keys[0], **options)
+
+
 def test_a_key_finds_its_frame_without_the_gap_it_was_listed_with(tmp_path):
     with bag(tmp_path, "mcap") as out:
         out.image("/rgb", COLOUR, "rgb8", 0)

@@ -5,7 +5,6 @@ import inspect
 from pathlib import Path
 
 import pytest
-from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QToolBar
 
 from . import hand, pictures, table
@@ -82,16 +81,3 @@ def test_a_moved_or_hidden_control_is_seen(tmp_path, command):
         assert sentence.startswith("window.png")
     (hidden / "window.png").unlink()
     assert pictures.differences(before, hidden) == ["window.png: only in the first folder."]
-
-
-def test_smoothed_edges_are_no_difference(tmp_path):
-    with hand.isolated(tmp_path):
-        user = hand.Hand(tmp_path)
-        before, after = _grab(tmp_path / "before", user), _grab(tmp_path / "after", user)
-        user.close()
-    picture = QImage(str(after / "window.png"))
-    for x in range(0, picture.width(), 3):
-        colour = picture.pixelColor(x, 40)
-        picture.setPixelColor(x, 40, colour.lighter(108))
-    picture.save(str(after / "window.png"))
-    assert pictures.differences(before, after) == []
