@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from gui.app.main_window import MainWindow
 from gui.features.palette import PaletteFeature
 
-NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "live", "palette", "sweep.feature")}
+NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "palette", "sequence.live", "sweep.feature")}
 
 
 def test_the_first_command_makes_the_feature(shown):
