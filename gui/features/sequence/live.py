@@ -19,13 +19,12 @@ from ilf.sources.source import Source
 from ilf.stream.pacing import USUAL_RATE, rate_of
 from ilf.stream.recording import StreamRecorder
 
-from .flicker import Moment
-from .playing import Due, Playback
+from .flicker import Due, Moment
 
 
-def live_frames(path: str | None, rate: float | None, playback: Playback) -> Generator[Due, None, None]:
-    """Open a recording, a folder, or the connected RealSense camera (None), and return its frames as they come, each
-    read already. Called in a worker thread; sets the source's own rate, unless another one is given.
+def live_frames(path: str | None) -> tuple[float, Generator[Due, None, None]]:
+    """Open a recording, a folder, or the connected RealSense camera (None); return its frames a second, and its frames
+    as they come, each read already. Called in a worker thread.
 
     Raises
     ------
@@ -33,11 +32,10 @@ def live_frames(path: str | None, rate: float | None, playback: Playback) -> Gen
         If it cannot be opened.
     """
     if path is None:
-        playback.own_rate = rate or USUAL_RATE
-        return _captured()
+        return USUAL_RATE, _captured()
     source = Source(path)
-    playback.own_rate = rate or rate_of(source.timestamps or ())
-    return _readable(path, (partial(read_frame, source.ref(key)) for key in source.keys))
+    readers = (partial(read_frame, source.ref(key)) for key in source.keys)
+    return rate_of(source.timestamps or ()), _readable(path, readers)
 
 
 def _captured() -> Generator[Due, None, None]:

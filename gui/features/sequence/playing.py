@@ -42,7 +42,7 @@ from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .flicker import Moment, moment_reader
+from .flicker import Due, Moment, moment_reader
 
 if TYPE_CHECKING:
     from .live import MomentRecorder
@@ -107,9 +107,6 @@ class PlayedFrame:
     recorded: int
     completing: StreamStatistics
 
-
-Due = tuple[int, Callable[[], Moment]]
-"""The row of a frame, and what reads it; it raises IlfError if it cannot be read."""
 
 _playing = threading.Lock()
 """Held by the thread that plays: one that was cancelled may still be completing a frame."""
@@ -378,7 +375,13 @@ class PlayFeature(Feature):
         from .live import live_frames
 
         self._entries = []
-        return lambda: live_frames(path, rate, self.playback)
+
+        def open_source() -> Generator[Due, None, None]:
+            usual, frames = live_frames(path)
+            self.playback.own_rate = rate or usual
+            return frames
+
+        return open_source
 
     def _pause(self) -> None:
         """Open the frame shown."""
