@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QToolBar, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.completion.confidence.expected_error import error_summary, expected_error
@@ -27,7 +27,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
 from ...state.run_history import MAX_COMPARED, title_of
-from ...widgets.basics import command_button, lay_out
+from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.row_table import ICON_SIZE
@@ -79,16 +79,10 @@ class RunsPanel(Panel):
         actions = self.context.actions
         self.view = RunView()
         widget = QWidget()
-        row = lay_out(QHBoxLayout(), margins=(4, 2, 4, 2), spacing=2)
-        for name in _BUTTONS.split():
-            if name == "|":
-                row.addSpacing(10)
-                continue
-            button = command_button(actions[name])
-            button.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
-            row.addWidget(button)
-        row.addStretch()
-        lay_out(QVBoxLayout(widget), row, self.view, spacing=0, stretched=self.view)
+        bar = QToolBar()
+        bar.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        actions.fill(bar, _BUTTONS)
+        lay_out(QVBoxLayout(widget), bar, self.view, spacing=0, stretched=self.view)
         widget.setFocusProxy(self.view)
         self.view.rows.edited.connect(self._edit)
         delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.view, self.delete)
@@ -114,7 +108,7 @@ class RunsPanel(Panel):
     @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=_why_not_one)
     def _write_note(self) -> None:
         """Edit the note on the selected run."""
-        self._edit_cell(Column.NOTE)
+        self._edit_cell(Column.VALUES)
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
@@ -255,7 +249,7 @@ class RunsPanel(Panel):
         if column == Column.COMPARED:
             others = [one for one in document.compared if one is not stored]
             document.compare_runs([*others, stored] if value else others)
-        elif column == Column.NOTE:
+        elif column == Column.VALUES:
             document.change_run(stored, note=value)
         elif value:
             document.change_run(stored, name=value)
