@@ -5,7 +5,7 @@ from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon
 
 import ilf
-from gui.features.sweep.cells import Cell, PointCells
+from gui.features.sweep.cells import PointCells, point_cell
 from gui.features.sweep.curve import ErrorCurve
 from gui.features.sweep.options import CriterionBox, RangeBox
 from ilf.errors import ParameterError
@@ -50,10 +50,9 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
 def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
     curve = shown(ErrorCurve(), 500, 200)
     curve.set_scale("Smoothness", [0.1, 1.0, 10.0], logarithmic=True)
-    curve.set_points([2, 0], [0.03, 0.01], best=[0])
-    curve.set_present(1.0)
+    curve.draw([0.01, 0.02, 0.03], best=[0], present=1.0)
     qtbot.wait(1)
-    assert curve.curve.getData()[1].tolist() == [10.0, 30.0]
+    assert curve.curve.getData()[1].tolist() == [10.0, 20.0, 30.0]
     assert curve.present.isVisible()
     assert curve.present.value() == 0.0
     box = curve.getViewBox()
@@ -62,12 +61,14 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
     with qtbot.waitSignal(curve.taken) as taken:
         qtbot.mouseClick(curve.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(round(last), 100))
     assert taken.args == [2]
-    curve.set_present(99.0)
+    curve.draw([0.01], best=[0], present=99.0)
     assert not curve.present.isVisible()
 
 
 def _cells(texts, best=(), present=None, **more):
-    return [Cell(text, text, number in best, number == present, QIcon(), **more) for number, text in enumerate(texts)]
+    return [
+        point_cell(text, text, number in best, number == present, QIcon(), **more) for number, text in enumerate(texts)
+    ]
 
 
 def _centre(cells, number):
