@@ -104,20 +104,25 @@ class PointCells(QTableWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fill()
+        if not self._rows and self._fitting != self.columnCount():
+            self._fill()
 
     def _take(self, row: int, column: int) -> None:
         if item := self.item(row, column):
             self.taken.emit(item.data(_NUMBER))
 
+    @property
+    def _fitting(self) -> int:
+        """As many columns as there is room for beside the scroll bar."""
+        room = self.width() - self.verticalScrollBar().sizeHint().width()
+        return min(max(room // self.horizontalHeader().defaultSectionSize(), 1), len(self._cells))
+
     def _fill(self) -> None:
         for cell in self._cells:
             self.takeItem(self.row(cell), self.column(cell))
         if not self._rows:
-            fitting = max(self.viewport().width() // self.horizontalHeader().defaultSectionSize(), 1)
-            columns = min(fitting, len(self._cells))
-            self.setColumnCount(columns)
-            self.setRowCount(-(-len(self._cells) // max(columns, 1)))
+            self.setColumnCount(self._fitting)
+            self.setRowCount(-(-len(self._cells) // max(self._fitting, 1)))
         for number, cell in enumerate(self._cells):
             cell.setData(_NUMBER, number)
             self.setItem(*self.place(number), cell)

@@ -106,3 +106,15 @@ def test_the_best_is_seen_on_every_colour_of_an_error(shown, ground):
     corner = grid.visualRect(grid.indexAt(_centre(grid, 0))).topLeft()
     ring = grid.viewport().grab().toImage().pixelColor(corner + QPoint(2, 20))
     assert abs(ring.lightness() - QColor(ground).lightness()) > 120
+
+
+def test_pictures_are_in_as_many_columns_as_fit(shown, qtbot):
+    cells = PointCells("Pictures")
+    cells.arrange(None, QSize(60, 20))
+    shown(cells, 300, 200)
+    cells.show_cells(_cells([str(number) for number in range(9)]))
+    for width in (300, 120, 900):
+        cells.resize(width, 200)
+        qtbot.waitUntil(lambda width=width: cells.width() == width)
+        assert [cells.item(*cells.place(number)).text() for number in range(9)] == [str(number) for number in range(9)]
+        assert all(cells.visualItemRect(cells.item(0, column)).right() < width for column in range(cells.columnCount()))
