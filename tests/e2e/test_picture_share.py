@@ -15,8 +15,8 @@ from gui.views.cell import Cell
 from tests.bench.window import settled, wait
 
 BARS = {
-    (layout.name, size): 0.65 if layout.name == CORRECT else share
-    for layout in BUILT_IN
+    (name, size): 0.65 if name == CORRECT else share
+    for name in BUILT_IN
     for size, share in (((1440, 900), 0.52), ((1280, 800), 0.55))
 } | {(STANDARD, (1100, 700)): 0.45}
 """Layout, size of window -> minimum share of the pictures; the larger window has the names of the tools."""

@@ -15,12 +15,26 @@ from ...views.layouts import LAYOUTS
 from ...widgets.basics import lay_out, open_once
 from ..context import Context, Feature
 from ..views import ViewsFeature
-from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
+from .layout import CORRECT, INSPECT, OWN, STANDARD, TUNE, Arrangement, Layout, LayoutStore
 
-_ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
-_KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"} | {name: f"Ctrl+Alt+{n}" for n, name in enumerate(OWN, 1)}
-_TEXTS = {layout.name: (f"&{layout.text}", layout.hint) for layout in BUILT_IN}
-_TEXTS |= {name: (name, OWN_HINT) for name in OWN}
+_SWITCHES = {
+    STANDARD: ("&Standard", "Blocks and parameters beside the views", "ph.layout", ""),
+    INSPECT: (
+        "&Inspect",
+        "Views with the difference; depth profile, measurements and colour range",
+        "ph.eye",
+        "F3",
+    ),
+    CORRECT: (
+        "&Correct",
+        "One large view for correcting blocks, with their outlines; the others small beside it, no panels",
+        "ph.pencil-line",
+        "F4",
+    ),
+    TUNE: ("&Tune", "Views with parameters, runs and convergence", "ph.sliders", "F12"),
+    **{name: (name, "A layout of your own", "", f"Ctrl+Alt+{number}") for number, name in enumerate(OWN, 1)},
+}
+"""Text, hint, icon and keys of the command that switches to a layout."""
 
 _CHOICES = "block_names", "show_missing", "only_icons"
 """Options of the views that are stored between program starts."""
@@ -47,14 +61,12 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._deleted: Layout | None = None
+        self._deleted: tuple[str, Layout] | None = None
         self._actions: dict[str, QAction] = {}
-        for name, (text, hint) in _TEXTS.items():
-            icon, keys, choose = _ICONS.get(name, ""), _KEYS.get(name, ""), partial(self._choose, name)
-            hint = f"{hint}; again to go back"
-            switch = Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)
-            context.actions.add([switch])
-            self._actions[name] = context.actions[switch.name]
+        for name, (text, hint, icon, keys) in _SWITCHES.items():
+            hint, choose = f"{hint}; again to go back", partial(self._choose, name)
+            context.actions.add([Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)])
+            self._actions[name] = context.actions[f"layout_{name}"]
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = _Tabs(drawBase=False, expanding=False, usesScrollButtons=True)
@@ -95,9 +107,6 @@ class LayoutsFeature(Feature):
     def _why_not_own(self) -> str:
         return "" if self.present in OWN else _NOT_OWN
 
-    def _why_none_deleted(self) -> str:
-        return "" if self._deleted is not None else "No layout has been deleted."
-
     def begin(self) -> None:
         """Restore layout and options of the last program start."""
         self._apply(self.store.left(self.store.present))
@@ -134,37 +143,31 @@ class LayoutsFeature(Feature):
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not
         possible."""
         text = text.strip()
-        known = self.store.named(text)
-        name = self.store.free_name() if known is None else known.name
+        name = self.store.named(text) or self.store.free_name()
         if not text:
-            return False
-        if known is not None and known.name not in OWN:
-            self.context.notes.show_message(f"{known.text} is built in and cannot be replaced: choose another name.")
             return False
         if name is None:
             self.context.notes.show_message(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
-            return False
-        now = self._arrangement()
-        if name != self.present:
-            self._leave(name)
-        self.store.put(name, text, now)
-        self._show()
-        keys = self._actions[name].shortcut().toString()
-        self.context.notes.show_message(f"Layout {text} saved" + (f"; {keys} switches to it." if keys else "."))
-        return True
+        elif name not in OWN:
+            self.context.notes.show_message(f"{text} is built in and cannot be replaced: choose another name.")
+        else:
+            now = self._arrangement()
+            if name != self.present:
+                self._leave(name)
+            self.store.put(name, Layout(text, now))
+            self._show()
+        return name in OWN
 
     def rename(self, text: str) -> bool:
         """Rename the current layout, one of the user's own; return False if that is not possible."""
         text = text.strip()
-        known = self.store.named(text)
-        if not text or self.present not in OWN:
-            return False
-        if known is not None and known.name != self.present:
-            self.context.notes.show_message(f"A layout {known.text} exists already: choose another name.")
-            return False
-        self.store.put(self.present, text, self.store.layouts[self.present].arrangement)
-        self._show()
-        return True
+        is_free = self.store.named(text) in (None, self.present)
+        if not is_free:
+            self.context.notes.show_message(f"A layout {text} exists already: choose another name.")
+        elif text:
+            self.store.put(self.present, Layout(text, self.store.layouts[self.present].arrangement))
+            self._show()
+        return bool(text) and is_free
 
     @command("delete_layout", "&Delete layout", icon="ph.trash", why_off=_why_not_own)
     def delete(self) -> None:
@@ -173,23 +176,26 @@ class LayoutsFeature(Feature):
         The previous one is switched to; the deleted one can be restored.
         """
         name = self.present
-        if name not in OWN:
-            return
         self.turn(self._back())
-        self._deleted = self.store.delete(name)
+        self._deleted = name, self.store.layouts[name]
+        self.store.put(name, None)
         self._show()
-        self.context.notes.offer(f"Layout {self._deleted.text} deleted.", self.context.actions["restore_layout"])
+        text = f"Layout {self._deleted[1].text} deleted."
+        self.context.notes.offer(text, self.context.actions["restore_layout"])
 
-    @command("restore_layout", "Restore layout", why_off=_why_none_deleted)
+    @command(
+        "restore_layout",
+        "Restore layout",
+        why_off=lambda self: "" if self._deleted is not None else "No layout has been deleted.",
+    )
     def restore(self) -> None:
         """Restore the layout that was deleted last."""
-        deleted, self._deleted = self._deleted, None
-        if deleted is None:
-            return
-        name = deleted.name if deleted.name not in self.store.layouts else self.store.free_name()
-        if name is not None:
-            self.store.put(name, deleted.text, deleted.arrangement)
-            self.turn(name)
+        assert self._deleted is not None
+        (name, layout), self._deleted = self._deleted, None
+        place = name if name not in self.store.layouts else self.store.free_name()
+        if place is not None:
+            self.store.put(place, layout)
+            self.turn(place)
         self._show()
 
     def shutdown(self) -> None:
@@ -258,12 +264,12 @@ class LayoutsFeature(Feature):
 
     def _show(self) -> None:
         """Show the layouts in menu and bar, and mark the current one."""
-        own = {layout.name: layout.text for layout in self.store.own}
+        own = self.store.own
         for name, action in self._actions.items():
             action.setChecked(name == self.present)
             if name in OWN:
                 action.setVisible(name in own)
-                action.setText(own.get(name, name).replace("&", "&&"))
+                action.setText(own[name].text.replace("&", "&&") if name in own else name)
                 describe(action)
         actions = self.context.actions
         self.menu.clear()

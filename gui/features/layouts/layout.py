@@ -49,45 +49,25 @@ class Layout:
 
     Attributes
     ----------
-    name : str
-        Identifier.
     text : str
         Displayed name.
-    hint : str
     arrangement : Arrangement
         State after a reset.
     """
 
-    name: str
     text: str
-    hint: str
     arrangement: Arrangement
 
 
 STANDARD, INSPECT, CORRECT, TUNE = "standard", "inspect", "correct", "tune"
 
-BUILT_IN = (
-    Layout(STANDARD, "Standard", "Blocks and parameters beside the views", Arrangement("grid", panels=None)),
-    Layout(
-        INSPECT,
-        "Inspect",
-        "Views with the difference; depth profile, measurements and colour range",
-        Arrangement("grid-difference", panels=("Inspect", "Range")),
-    ),
-    Layout(
-        CORRECT,
-        "Correct",
-        "One large view for correcting blocks, with their outlines; the others small beside it, no panels",
-        Arrangement(CORRECT_VIEWS, contours=True),
-    ),
-    Layout(
-        TUNE,
-        "Tune",
-        "Views with parameters, runs and convergence",
-        Arrangement("grid", panels=("Parameters", "Runs", "Convergence")),
-    ),
-)
-"""The built-in layouts."""
+BUILT_IN = {
+    STANDARD: Layout("Standard", Arrangement("grid", panels=None)),
+    INSPECT: Layout("Inspect", Arrangement("grid-difference", panels=("Inspect", "Range"))),
+    CORRECT: Layout("Correct", Arrangement(CORRECT_VIEWS, contours=True)),
+    TUNE: Layout("Tune", Arrangement("grid", panels=("Parameters", "Runs", "Convergence"))),
+}
+"""The built-in layouts by name."""
 
 OWN = tuple(f"own_{number}" for number in range(1, 10))
 """Names of the user's own layouts, in the order of their shortcuts."""
@@ -96,7 +76,6 @@ OWN = tuple(f"own_{number}" for number in range(1, 10))
 # Storage of layouts between program starts.
 
 _KEY = "layouts"
-OWN_HINT = "A layout of your own"
 
 
 class LayoutStore:
@@ -110,7 +89,7 @@ class LayoutStore:
 
     def __init__(self, persistent: bool) -> None:
         self._persistent = persistent
-        self.layouts: dict[str, Layout] = {layout.name: layout for layout in BUILT_IN}
+        self.layouts = dict(BUILT_IN)
         self.changed: dict[str, Arrangement] = {}
         """Last state of layouts, if known."""
         self.present = STANDARD
@@ -118,31 +97,26 @@ class LayoutStore:
             self._read()
 
     @property
-    def own(self) -> list[Layout]:
+    def own(self) -> dict[str, Layout]:
         """The user's own layouts, in order."""
-        return [self.layouts[name] for name in OWN if name in self.layouts]
+        return {name: self.layouts[name] for name in OWN if name in self.layouts}
 
-    def named(self, text: str) -> Layout | None:
-        """Return the layout with this displayed name, ignoring case; None for none."""
-        wanted = text.strip().casefold()
-        return next((layout for layout in self.layouts.values() if layout.text.casefold() == wanted), None)
+    def named(self, text: str) -> str | None:
+        """Return the name of the layout with this displayed name, ignoring case; None for none."""
+        return next((name for name, one in self.layouts.items() if one.text.casefold() == text.casefold()), None)
 
     def free_name(self) -> str | None:
         """Return the first free name of an own layout; None if there is none."""
         return next((name for name in OWN if name not in self.layouts), None)
 
-    def put(self, name: str, text: str, arrangement: Arrangement) -> None:
-        """Store an own layout."""
-        self.layouts[name] = Layout(name, text, OWN_HINT, arrangement)
+    def put(self, name: str, layout: Layout | None) -> None:
+        """Store an own layout; None deletes it."""
         self.changed.pop(name, None)
+        if layout is None:
+            del self.layouts[name]
+        else:
+            self.layouts[name] = layout
         self.write()
-
-    def delete(self, name: str) -> Layout:
-        """Delete an own layout and return it."""
-        self.changed.pop(name, None)
-        layout = self.layouts.pop(name)
-        self.write()
-        return layout
 
     def left(self, name: str) -> Arrangement:
         """Return the last state of a layout, or its default."""
@@ -156,12 +130,12 @@ class LayoutStore:
             QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
 
     def _read(self) -> None:
-        kind = tuple[str, list[Layout], dict[str, Arrangement]]
+        kind = tuple[str, dict[str, Layout], dict[str, Arrangement]]
         try:
             stored = zlib.decompress(QSettings().value(_KEY))
             present, own, changed = msgspec.json.decode(stored, type=kind)
         except (zlib.error, msgspec.DecodeError, TypeError):
             return  # there are none, or they are damaged: fall back to the built-in ones
-        self.layouts |= {layout.name: layout for layout in own if layout.name in OWN}
+        self.layouts |= {name: layout for name, layout in own.items() if name in OWN}
         self.changed = {name: left for name, left in changed.items() if name in self.layouts}
         self.present = present if present in self.layouts else STANDARD
