@@ -48,13 +48,6 @@ class OnUseFeature(Feature):
         """Write the results of all frames of the list, of those worked on, or of those marked as done."""
         self._export().ask("all")
 
-    @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
-    def _toggle_palette(self) -> None:
-        """Find a command by part of its name."""
-        from .palette import PaletteFeature
-
-        self.context.feature(PaletteFeature).palette.toggle()
-
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature
 
