@@ -23,10 +23,9 @@ from PySide6.QtWidgets import (
 )
 
 from ilf._runtime.formatting import counted, millimetres
-from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import to_indices
-from ilf.errors import IlfError
+from ilf.errors import IlfError, InputError
 from ilf.evaluation.hold_out import untrusted_note
 from ilf.evaluation.sweep import Sweep, can_be_swept
 
@@ -36,6 +35,7 @@ from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
 from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
+from ...widgets.notices import error_text
 from ...work.frame_runs import RunState
 from ..context import Context
 from ..filter import FilterPanel
@@ -141,8 +141,6 @@ class SweepFeature(Panel):
 
     def open(self, name: str = "") -> None:
         """Open the window, with a parameter unless it is ""."""
-        if not self._workspace.has_current:
-            return
         was_open = self.widget.isVisible()
         self.widget.show()
         self.widget.raise_()
@@ -171,9 +169,21 @@ class SweepFeature(Panel):
     def _boxes(self) -> list[RangeBox]:
         return [self.first, *([self.second] if self.second.isChecked() else [])]
 
-    def _variation(self) -> dict[str, tuple[Value, ...]]:
-        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
-        return {box.declaration.name: box.values() for box in self._boxes()}
+    def _sweep(self) -> Sweep | None:
+        """The sweep of the settings; None if there is none, which is told."""
+        workspace, variation = self._workspace, {box.declaration.name: box for box in self._boxes()}
+        try:
+            if not workspace.has_current:
+                raise InputError("Open a frame first.")
+            if len(variation) < len(self._boxes()):
+                raise InputError("Select two different parameters, or switch the second one off.")
+            values = {name: box.values() for name, box in variation.items()}
+            only = [workspace.chosen] if workspace.chosen and self.criterion.for_selected else None
+            run = workspace.current.run(workspace.parameters.current)
+            return Sweep(run, values, criterion=self.criterion.test(), only=only)
+        except IlfError as error:
+            self.state.show_message(str(error), "error")
+            return None
 
     def refresh(self, parts: Part) -> None:
         self._show_frame()
@@ -196,38 +206,23 @@ class SweepFeature(Panel):
         """Show why the settings are invalid; or the result of the last sweep or, if `edited`, the size of the next."""
         if self.busy:
             return
-        self.start_button.setEnabled(False)
-        try:
-            values = self._variation()
-        except IlfError as error:
-            self.state.show_message(str(error), "error")
-            return
-        if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
-            self.state.show_message("Select two different parameters, or switch the second one off.", "error")
-            return
-        self.start_button.setEnabled(True)
-        count = math.prod(len(one) for one in values.values())
-        test = self.criterion.test()
-        runs = count * (1 if test is None else len(test.seeds) + 1)
-        outcome = "" if edited else self._outcome()
-        self.state.show_message(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
+        sweep = self._sweep()
+        self.start_button.setEnabled(sweep is not None)
+        if sweep is not None:
+            values, test = len(sweep.points), sweep.criterion
+            runs = values * (1 if test is None else len(test.seeds) + 1)
+            outcome = "" if edited else self._outcome()
+            self.state.show_message(outcome or f"{counted(values, 'value')}, {counted(runs, 'run')}.")
 
     # the sweep
 
     def start(self) -> None:
         """Start a sweep with the settings."""
-        workspace = self._workspace
-        if self.busy or not workspace.has_current:
+        sweep = None if self.busy else self._sweep()
+        if sweep is None:
             return
-        document = workspace.current
-        label = workspace.chosen if self.criterion.for_selected else 0
-        run = document.run(workspace.parameters.current)
-        try:
-            sweep = Sweep(run, self._variation(), criterion=self.criterion.test(), only=[label] if label else None)
-        except IlfError as error:
-            self.state.show_message(str(error), "error")
-            return
-        self.found = found = SweepState(document, sweep, label)
+        document = self._workspace.current
+        self.found = found = SweepState(document, sweep)
         self._lay_out(found)
         self.requests.ask(
             found.steps,
@@ -264,10 +259,7 @@ class SweepFeature(Panel):
         self.state.show_message(self._outcome())
 
     def fail(self, error: Exception) -> None:
-        if isinstance(error, IlfError):
-            self.state.show_message(str(error), "error")
-        else:
-            self.context.notes.report("The sweep stopped", error)
+        self.state.show_message(error_text(error), "error")
 
     def _end(self) -> None:
         self._allow(True)

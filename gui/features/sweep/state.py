@@ -50,11 +50,11 @@ class SweepState:
     document : Document
         Document of the frame.
     sweep : Sweep
-    label : int
-        The only block swept; 0 for all.
 
     Attributes
     ----------
+    label : int
+        The only block swept; 0 for all.
     errors : list of float
         Root mean square errors [m] of the points so far, in the order of `sweep.points`; NaN where nothing could be
         evaluated.
@@ -66,15 +66,16 @@ class SweepState:
         What differences are taken to: ground truth, or a result; None if there is neither.
     """
 
-    def __init__(self, document: Document, sweep: Sweep, label: int) -> None:
-        self.document, self.sweep, self.label = document, sweep, label
+    def __init__(self, document: Document, sweep: Sweep) -> None:
+        self.document, self.sweep = document, sweep
+        self.label = next(iter(sweep.only or ()), 0)
         self.points = sweep.points
         self.errors: list[float] = []
         self.coverage: list[float] = []
         self.result: SweepResult | None = None
         self._depths: list[Picture] = []
         frame, completion = document.frame, document.completion()
-        self._box = _block_box(document, label)
+        self._box = _block_box(document, self.label)
         self._levels = robust_depth_levels(frame.depth[self._box])
         reference = frame.ground_truth
         if reference is None and completion is not None:
