@@ -8,8 +8,7 @@ from PySide6.QtWidgets import QApplication
 import ilf
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.layouts.feature import LayoutsFeature
-from gui.features.layouts.layout import BUILT_IN, CORRECT, STANDARD
+from gui.features.layouts import BUILT_IN, CORRECT, STANDARD, LayoutsFeature
 from gui.state.document import Document
 from gui.views.cell import Cell
 from tests.bench.window import settled, wait

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QToolB
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.layouts.feature import LayoutsFeature
+from gui.features.layouts import LayoutsFeature
 from gui.features.palette import listed
 from gui.features.shortcuts import ShortcutsFeature
 from gui.features.views import ViewsFeature

@@ -9,8 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from gui.app.main_window import MainWindow
-from gui.features.layouts.feature import LayoutsFeature
-from gui.features.layouts.layout import Arrangement, Layout, LayoutStore
+from gui.features.layouts import Arrangement, Layout, LayoutsFeature, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
 
 
