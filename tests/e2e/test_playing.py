@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLineEdit
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
@@ -234,3 +235,19 @@ def test_a_loop_over_frames_that_cannot_be_read_ends():
 
     playback = Playback(loop=True)
     assert not [*play(frames_from(2 * [read], 0, playback), playback, preset(), 2)]
+
+
+def test_the_list_takes_frames_out_and_notes_by_keys(listed, qtbot):
+    window, frames = listed, listed.feature(FramesFeature)
+    window.panels.enter("Frames")
+    view = frames.panel.view
+    view.setFocus()
+    view.setCurrentIndex(frames.panel.model.index(1, 0))
+    QTest.keyClick(view, Qt.Key.Key_F2)
+    (line,) = view.findChildren(QLineEdit)
+    QTest.keyClicks(line, "glass")
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: window.workspace.entries[1].note == "glass")
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_Delete)
+    qtbot.waitUntil(lambda: len(window.workspace.entries) == COUNT - 1)
