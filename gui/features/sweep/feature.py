@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
@@ -43,7 +44,7 @@ from ..panel import Panel
 from .cells import PointCells, point_cell
 from .curve import ErrorCurve
 from .options import CriterionBox, RangeBox
-from .state import Picture, Scale, SweepState
+from .state import Picture, SweepState
 
 _WIDTH, _HEIGHT, _LEFT = 1040, 660, 300
 _DEPTH, _DIFFERENCE = 0, 1
@@ -313,13 +314,13 @@ class SweepFeature(Panel):
             return
         differences = self.content.currentIndex() == _DIFFERENCE
         colours = differences, self.context.views.data.depth_map, theme.is_dark(self.widget.palette())
-        pictures, scale = found.pictures(*colours)
-        if (coloured := (*colours, scale.low, scale.high)) != self._coloured:
+        pictures, (table, levels) = found.pictures(*colours)
+        if (coloured := (*colours, levels)) != self._coloured:
             self._icons.clear()
             self._coloured = coloured
-        self.bar.set_table(scale.table)
+        self.bar.set_table(table)
         self.bar.set_unit("mm" if differences else "m")
-        self.bar.set_levels((scale.low, scale.high))
+        self.bar.set_levels(levels)
         self.bar.show()
         tints: Sequence[QColor | None] = [None] * len(found.points)
         if len(found.sweep.values) == 1:
@@ -327,17 +328,15 @@ class SweepFeature(Panel):
             self.curve.draw(found.errors, found.marked, float(present))
         else:
             tints = _error_colours([*found.errors, *[math.nan] * (len(found.points) - len(found.errors))])
-        self.pictures.show_cells(
-            [self._cell(found, number, pictures, scale, tint) for number, tint in enumerate(tints)]
-        )
+        icons = (self._icon(number, pictures, table, levels) for number in range(len(tints)))
+        cells = [self._cell(found, number, *shown) for number, shown in enumerate(zip(icons, tints, strict=True))]
+        self.pictures.show_cells(cells)
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
-    def _cell(
-        self, found: SweepState, number: int, pictures: Sequence[Picture], scale: Scale, tint: QColor | None
-    ) -> QTableWidgetItem:
-        text, picture = "…" if self.busy else "not run", None
+    def _cell(self, found: SweepState, number: int, picture: QIcon, tint: QColor | None) -> QTableWidgetItem:
+        text = "…" if self.busy else "not run"
         if number < len(found.errors):
-            text, picture = _millimetres(found.errors[number]), pictures[number]
+            text = _millimetres(found.errors[number])
             if found.coverage[number] <= _FULL_COVERAGE:
                 text += f", fills {found.coverage[number]:.0%}"
         best, present = number in found.marked, number == found.present
@@ -345,17 +344,19 @@ class SweepFeature(Panel):
         values = " · ".join(f"{value:g}" for value in found.points[number].values())
         hint = f"{', '.join([values, text, *marks])}. Click to apply."
         caption = "\n".join((values, text, ", ".join(marks)))
-        return point_cell(caption, hint, best, present, self._icon(number, picture, scale), tint)
+        return point_cell(caption, hint, best, present, picture, tint)
 
-    def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
+    def _icon(
+        self, number: int, pictures: Sequence[Picture], table: NDArray[np.uint8], levels: tuple[float, float]
+    ) -> QIcon:
         """The picture of a point, made once for a colour scale; an empty one until there is a result."""
         size = self.pictures.iconSize() * 2  # for screens of twice the resolution
-        if picture is None:
+        if number >= len(pictures):
             blank = QPixmap(size)
             blank.fill(theme.colours(self.widget.palette()).panel)
             return QIcon(blank)
         if number not in self._icons:
-            image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
+            image = rgb_image(table[to_indices(pictures[number], *levels)][..., :3])
             smooth = Qt.TransformationMode.SmoothTransformation
             image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
             self._icons[number] = QIcon(QPixmap.fromImage(image))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,8 @@ from ...views.colours import depth_table, difference_table
 from ...work.jobs import spare_cores
 
 Picture = NDArray[np.float32]
+Scale = tuple[NDArray[np.uint8], tuple[float, float]]
+"""Colour scale: a lookup table (256, 4), 0 is missing; and the lowest and highest value."""
 
 PICTURE = QSize(176, 132)
 """Maximum size of a picture [px]."""
@@ -32,14 +33,6 @@ _LEAST_PICTURE = QSize(110, 40)
 
 _MARGIN = 0.1
 """Margin around a single swept block, as a share of its longer side."""
-
-
-class Scale(NamedTuple):
-    """Colour scale: a lookup table (256, 4) for values from low to high; 0 is missing."""
-
-    table: NDArray[np.uint8]
-    low: float
-    high: float
 
 
 class SweepState:
@@ -142,10 +135,10 @@ class SweepState:
     def pictures(self, differences: bool, colour_map: str, dark: bool) -> tuple[Sequence[Picture], Scale]:
         """Pictures of the points so far, with a common scale: depth [m] or differences [mm]."""
         if not differences or self.reference is None:
-            return self._depths, Scale(depth_table(colour_map), *self._levels)
+            return self._depths, (depth_table(colour_map), self._levels)
         found = [1000 * (depth - self.reference) for depth in self._depths]
         level = robust_difference_level(np.concatenate([picture.ravel()[::7] for picture in found])) if found else 1.0
-        return found, Scale(difference_table(dark), -level, level)
+        return found, (difference_table(dark), (-level, level))
 
 
 def small(values: Picture) -> Picture:
