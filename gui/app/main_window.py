@@ -25,7 +25,7 @@ from ..features.filter import FilterPanel
 from ..features.frame_list.feature import FramesFeature
 from ..features.history import HistoryFeature
 from ..features.inspect.panel import InspectPanel
-from ..features.layouts.feature import LayoutsFeature
+from ..features.layouts import LayoutsFeature
 from ..features.menus import ToolBar, ToolColumn, draw_extensions, fill_menu_bar
 from ..features.on_use import OnUseFeature
 from ..features.project.autosave import AutosaveFeature

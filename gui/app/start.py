@@ -192,9 +192,9 @@ def _open(window: MainWindow, options: argparse.Namespace, inputs: _Inputs) -> N
     if options.sample:
         window.documents.open_sample()
     if options.live is not None or options.realsense:
-        from ..features.live import LiveFeature
+        from ..features.sequence.playing import PlayFeature
 
-        window.feature(LiveFeature).play(options.live, options.rate)
+        window.feature(PlayFeature).play_live(options.live, options.rate)
     for source in inputs.sources:
         window.documents.open_source(source)
     window.documents.open_paths([*inputs.projects, *inputs.records, *inputs.single])

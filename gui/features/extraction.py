@@ -205,25 +205,24 @@ class ExtractionPanel(Panel):
         layout that shows that result."""
         if not self.made:
             return
-        colours = theme.colours(self.widget.palette())
-        shown, workspace = self.context.views.shows("stage"), self.context.workspace
-        lines: list[tuple[str, str]] = []
+        colours, workspace, text, note = theme.colours(self.widget.palette()), self.context.workspace, "", ""
         if self._frame is None or not workspace.has_current:
             pass
-        elif not shown and self._previews:
-            if workspace.current.blocks.extraction != workspace.parameters.extraction:
-                layout = html.escape(LAYOUT_TEXTS[LAYOUT])
-                link = f'<a href="view" style="color: {colours.accent.name()}">{layout}</a>'
-                text = f"Choose the view set {link} to see the result of these parameters."
-                lines.append((text, colours.muted.name()))
-        elif shown and self._failure:
-            lines.append((html.escape(self._failure), colours.warning.name()))
-        elif shown and self._found is not None:
-            lines.append((html.escape(self._text(self._found)), colours.muted.name()))
-            if notes := " ".join(self._found.extraction.notes):
-                lines.append((html.escape(notes), colours.warning.name()))
+        elif self.context.views.shows("stage"):
+            if self._failure:
+                note = html.escape(self._failure)
+            elif self._found is not None:
+                text, note = html.escape(self._text(self._found)), html.escape(" ".join(self._found.extraction.notes))
+        elif self._previews and workspace.current.blocks.extraction != workspace.parameters.extraction:
+            link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(LAYOUT_TEXTS[LAYOUT])}</a>'
+            text = f"Choose the view set {link} to see the result of these parameters."
         # not by palette, which a new application style sheet would reset
-        self._summary.setText("<br>".join(f'<span style="color: {tone}">{text}</span>' for text, tone in lines))
+        lines = [
+            f'<span style="color: {tone.name()}">{words}</span>'
+            for words, tone in ((text, colours.muted), (note, colours.warning))
+            if words
+        ]
+        self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))
 
     def _text(self, found: FoundBlocks) -> str:

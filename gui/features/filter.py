@@ -247,8 +247,6 @@ class FilterPanel(Panel):
 
     def _compare(self, change: _Change) -> None:
         """Compare the results of the blocks that have been completed again with those before the change."""
-        if not self.context.workspace.has_current or self.context.workspace.current is not change.document:
-            return
         now = _up_to_date(change.document)
         same = change.before.keys() & now.keys()
         depths = [(change.before[label].depth, now[label].depth) for label in sorted(same)]
@@ -264,10 +262,10 @@ class FilterPanel(Panel):
         """Show the effects beside the parameters, those with the largest effect first."""
         declarations = Parameters.declarations()
         self._effects = {
-            name: f"at {declarations[name].to_text(tried.value)}: {tried.effect.text}" for name, tried in found.items()
+            name: f"at {declarations[name].to_text(value)}: {effect.text}" for name, (value, effect) in found.items()
         }
-        acting = [name for name, tried in found.items() if tried.effect.pixels]
-        self.form.put_first(sorted(acting, key=lambda name: -found[name].effect.size))
+        acting = [name for name, (_, effect) in found.items() if effect.pixels]
+        self.form.put_first(sorted(acting, key=lambda name: -found[name][1].size))
         self.form.show_effects(self._effects)
 
     def _forget_effects(self) -> None:

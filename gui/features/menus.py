@@ -28,7 +28,6 @@ _INSPECT = (
     f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
     "save_profile_picture | copy_statistics | copy_measurements save_measurements delete_measurements"
 )
-_SPEEDS = "speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest"
 _GOING = "next_frame previous_frame next_untouched mark_done note_frame"
 _MENUS = {
     "&File": "open open_sample play_live_menu recent_menu | new_project save_project "
@@ -148,7 +147,6 @@ def fill_menu_bar(
     for side in (0, 1):
         compare.addMenu(SidesMenu(views, side, compare))
     below = {
-        "play": actions.menu("&Play the frames", bar, f"play_frames | {_SPEEDS} | play_loop play_completed"),
         "panels": panels,
         "compare": compare,
         "view_set": _layout_menu(views, bar),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ..base.commands import command
@@ -12,11 +11,7 @@ from .filter import FilterPanel
 
 if TYPE_CHECKING:
     from .export.feature import ExportFeature
-    from .live import LiveFeature
     from .sweep.feature import SweepFeature
-
-
-_NO_CAMERA = 'Install pyrealsense2 first: pip install "ilf-studio[sensors]".'
 
 
 class OnUseFeature(Feature):
@@ -27,8 +22,6 @@ class OnUseFeature(Feature):
         context.feature(FilterPanel).form.menu_requested.connect(
             lambda name, place: self._sweep().show_menu(name, place)
         )
-        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
-        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
 
     @command("sweep", "S&weep a parameter…", icon="ph.chart-bar", needs=Need.FRAME)
     def _open_sweep(self) -> None:
@@ -55,28 +48,6 @@ class OnUseFeature(Feature):
         """Write the results of all frames of the list, of those worked on, or of those marked as done."""
         self._export().ask("all")
 
-    @command("play_recording", "&Recording…")
-    def _play_recording(self) -> None:
-        """Play a recording at its rate, and complete it as it plays."""
-        self._live().ask_recording()
-
-    @command("play_folder", "&Folder…")
-    def _play_folder(self) -> None:
-        """Play the frames of a folder or data set, and complete them as they play."""
-        self._live().ask_folder()
-
-    @command("play_camera", "RealSense &camera", why_off=lambda self: "" if find_spec("pyrealsense2") else _NO_CAMERA)
-    def _play_camera(self) -> None:
-        """Play the connected RealSense camera, and complete its frames as they come."""
-        self._live().play()
-
-    @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
-    def _toggle_palette(self) -> None:
-        """Find a command by part of its name."""
-        from .palette import PaletteFeature
-
-        self.context.feature(PaletteFeature).palette.toggle()
-
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature
 
@@ -86,8 +57,3 @@ class OnUseFeature(Feature):
         from .export.feature import ExportFeature
 
         return self.context.feature(ExportFeature)
-
-    def _live(self) -> LiveFeature:
-        from .live import LiveFeature
-
-        return self.context.feature(LiveFeature)

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSettings, Qt, QTimer
 from PySide6.QtGui import QBrush, QFocusEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QFrame, QLineEdit, QMainWindow, QTreeWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFrame,
+    QLineEdit,
+    QMainWindow,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ..base import theme
 from ..base.commands import ActionEntry, action_entries
 from ..widgets.basics import PlainLabel, lay_out, row_list
-from .context import Context, Feature
 
 _WAYS = -200.0, 20.0, 30.0, 40.0
 """What a word counts by the way in which it fits, from letters in order, which comes after words of menu and hint."""
@@ -59,17 +67,49 @@ def offers(entries: Iterable[ActionEntry], query: str, recent: Sequence[str]) ->
 
 
 def _score(entry: ActionEntry, query: str) -> float | None:
-    """Return the best score by the text, or, for whole words, by text and menu or by the hint; None if none fits."""
+    """Return the best score by the text, or, for whole words, by text, menu and keys, or by the hint; None if none
+    fits."""
     scores = [match(query, entry.text)]
-    for penalty, text in ((_IN_MENU, f"{entry.text} {entry.where}"), (_IN_HINT, entry.hint)):
+    for penalty, text in ((_IN_MENU, f"{entry.text} {entry.where} {entry.keys}"), (_IN_HINT, entry.hint)):
         if all(word in text.lower() for word in query.lower().split()):
             scores.append(penalty - _LENGTH * len(text))
     return max((score for score in scores if score is not None), default=None)
 
 
+_ENTRY = Qt.ItemDataRole.UserRole
+
+
+def command_list() -> QTreeWidget:
+    """Make a list of commands with their menus and keys."""
+    return row_list("Commands and their keys", "", ("Command", "Menu", "Keys"), stretched=1)
+
+
+def list_commands(
+    rows: QTreeWidget, entries: Iterable[ActionEntry], query: str, recent: Sequence[str] = ()
+) -> Iterator[tuple[QTreeWidgetItem, ActionEntry]]:
+    """List the commands that match, as `offers`, the first of which becomes the current one; yield their rows."""
+    rows.clear()
+    for number, entry in enumerate(offers(entries, query, recent)):
+        item = QTreeWidgetItem(rows, [entry.text, entry.where, entry.keys])
+        item.setData(0, _ENTRY, entry)
+        if number == 0:
+            rows.setCurrentItem(item)
+        yield item, entry
+
+
+def listed(rows: QTreeWidget) -> list[ActionEntry]:
+    """The listed commands."""
+    return [item.data(0, _ENTRY) for item in map(rows.topLevelItem, range(rows.topLevelItemCount())) if item]
+
+
+def current_entry(rows: QTreeWidget) -> ActionEntry | None:
+    """The command of the current row."""
+    item = rows.currentItem()
+    return None if item is None else item.data(0, _ENTRY)
+
+
 _RECENT_KEY = "palette/recent"
 _MOST_RECENT = 30
-_ENTRY = Qt.ItemDataRole.UserRole
 _WIDTH, _ROWS = 560, 11
 _TOP = 48
 _STYLE = "#palette { background: palette(window); border: 1px solid palette(highlight); border-radius: 6px; }"
@@ -105,7 +145,7 @@ class CommandPalette(QFrame):
         self.field.setAccessibleName("Command")
         self.field.setToolTip("Letters of a command; Up and Down select, Enter runs it")
         self.field.textChanged.connect(self._offer)
-        self.list = row_list("Commands", "", ("Command", "Menu", "Keys"), stretched=1)
+        self.list = command_list()
         self.list.setHeaderHidden(True)
         self.list.setFrameShape(QFrame.Shape.NoFrame)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -142,11 +182,6 @@ class CommandPalette(QFrame):
         if had_focus:
             (before if before is not None and before.isVisible() else self._window).setFocus()
 
-    def offered(self) -> list[ActionEntry]:
-        """Return the listed commands."""
-        items = map(self.list.topLevelItem, range(self.list.topLevelItemCount()))
-        return [item.data(0, _ENTRY) for item in items if item is not None]
-
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys of the list from the field, before shortcuts of the window; close when the focus leaves it."""
         if isinstance(event, QKeyEvent) and event.key() in (_MOVES | _ENTER | {Qt.Key.Key_Escape}):
@@ -168,29 +203,23 @@ class CommandPalette(QFrame):
             self.leave()
 
     def _offer(self) -> None:
-        self.list.clear()
         muted = QBrush(theme.colours(self.palette()).muted)
-        for entry in offers(self._entries, self.field.text(), self._recent):
-            keys = f"{entry.keys} ✓" if entry.is_on else entry.keys
-            item = QTreeWidgetItem(self.list, [entry.text, entry.why_not or entry.where, keys])
+        for item, entry in list_commands(self.list, self._entries, self.field.text(), self._recent):
+            item.setText(1, entry.why_not or entry.where)
+            item.setText(2, f"{entry.keys} ✓" if entry.is_on else entry.keys)
             item.setIcon(0, entry.icon)
-            item.setData(0, _ENTRY, entry)
             for column in range(0 if entry.why_not else 1, 3):
                 item.setForeground(column, muted)
-        self.list.setCurrentIndex(self.list.model().index(0, 0))
         self._explain()
 
     def _explain(self) -> None:
-        item = self.list.currentItem()
-        entry = None if item is None else item.data(0, _ENTRY)
+        entry = current_entry(self.list)
         text = "No command matches." if entry is None else " ".join(filter(None, (entry.why_not, entry.hint)))
         self.hint.setText(text)
 
     def _run_command(self) -> None:
-        item = self.list.currentItem()
-        if item is None:
-            return
-        key = item.data(0, _ENTRY).key
+        chosen = current_entry(self.list)
+        key = "" if chosen is None else chosen.key
         entry = next((entry for entry in action_entries(self._window) if entry.key == key), None)
         if entry is None or entry.why_not:
             return
@@ -208,11 +237,3 @@ class CommandPalette(QFrame):
         self.setFixedWidth(width)
         self.adjustSize()
         self.move(QPoint((self._window.width() - width) // 2, _TOP))
-
-
-class PaletteFeature(Feature):
-    """Opens the palette on request."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self.palette = CommandPalette(context.window, context.panels.persistent)

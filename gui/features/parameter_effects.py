@@ -69,11 +69,8 @@ def effect_of(pairs: Iterable[tuple[Depth, Depth]]) -> Effect:
     return Effect(pixels + differences.size, float(np.median(differences)), float(differences.max()))
 
 
-class Tried(NamedTuple):
-    """The value of a parameter that changed the depth most of those that were tried, and its effect."""
-
-    value: Value
-    effect: Effect
+Tried = tuple[Value, Effect]
+"""The value of a parameter that changed the depth most of those that were tried, and its effect."""
 
 
 def try_parameters(run: Run, names: Sequence[str], blocks: Collection[int]) -> Generator[float, None, dict[str, Tried]]:
@@ -90,9 +87,9 @@ def try_parameters(run: Run, names: Sequence[str], blocks: Collection[int]) -> G
         own = {label: run.parameters_of(label).replace(**{name: value}) for label in blocks}
         common = run.parameters if blocks else run.parameters.replace(**{name: value})
         depth = run.with_parameters(common, own).complete(threads=spare_cores()).depth
-        tried = Tried(value, effect_of([(base, depth)]))
-        if name not in found or tried.effect.size > found[name].effect.size:
-            found[name] = tried
+        effect = effect_of([(base, depth)])
+        if name not in found or effect.size > found[name][1].size:
+            found[name] = value, effect
     return found
 
 

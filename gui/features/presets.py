@@ -166,7 +166,7 @@ class PresetBox(Themed, QWidget):
             with_extraction = dialog.with_extraction.isChecked()
             extraction = self._context.workspace.parameters.extraction if with_extraction else None
             save = partial(save_preset, name, self._shown(), extraction, replace=name in self._own)
-            self._make("Save preset", name, partial(self._do, "Save preset", save, f"Preset {name} saved.", name))
+            self._change("Save preset", save, f"Preset {name} saved.", name, replaces=name)
 
         open_once(dialog, take)
 
@@ -181,14 +181,14 @@ class PresetBox(Themed, QWidget):
         new = name.strip()
         if decided and new not in ("", old):
             rename = partial(rename_preset, old, new)
-            self._do("Rename preset", rename, f"Preset {old} renamed to {new}.", new)
+            self._change("Rename preset", rename, f"Preset {old} renamed to {new}.", new)
 
     @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
     def ask_delete(self) -> None:
         """Delete the selected preset of your own; parameters that were set from it stay."""
         name = self.present
         text, more = f"Delete the preset {name}?", "Its file is deleted, too. This cannot be undone."
-        delete = partial(self._do, "Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
+        delete = partial(self._change, "Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
         ask(self._context.window, "Delete preset", text, more, (("&Delete", DESTROY, delete),))
 
     @command("import_preset", "&Import preset…", icon="ph.download-simple")
@@ -204,7 +204,7 @@ class PresetBox(Themed, QWidget):
             return
         take = partial(import_preset, path, replace=name in self._own)
         done = f"{name} imported: select it in the list of presets."
-        self._make("Import preset", name, partial(self._do, "Import preset", take, done))
+        self._change("Import preset", take, done, replaces=name)
 
     @command("export_preset", "&Export preset…", icon="ph.upload-simple")
     def ask_export(self) -> None:
@@ -213,7 +213,7 @@ class PresetBox(Themed, QWidget):
         if path := ask_path(self._context.window, "Export preset", proposed, _FILES):
             remember_folder(_FOLDER_KEY, path)
             write = partial(save_preset, Path(path), self._shown(), replace=True)
-            self._do("Export preset", write, f"Preset written to {path}.")
+            self._change("Export preset", write, f"Preset written to {path}.")
 
     def _choose(self, name: str) -> None:
         """Pass a choice on, and apply the preset's parameters of the extraction."""
@@ -225,18 +225,15 @@ class PresetBox(Themed, QWidget):
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
-    def _make(self, title: str, name: str, make: Callable[[], None]) -> None:
-        """Make a preset of the user of this name; ask first whether to replace another one."""
-        if name not in self._own:
-            make()
+    def _change(self, what: str, change: Callable[[], object], text: str, chosen: str = "", replaces: str = "") -> None:
+        """Change the user's presets, and say so, or why that failed; ask first if one is replaced."""
+        if replaces in self._own:
+            question = f"A preset {replaces} exists already. Replace it?"
+            replace = partial(self._change, what, change, text, chosen)
+            ask(self._context.window, what, question, "This cannot be undone.", (("&Replace", DESTROY, replace),))
             return
-        text = f"A preset {name} exists already. Replace it?"
-        ask(self._context.window, title, text, "This cannot be undone.", (("&Replace", DESTROY, make),))
-
-    def _do(self, what: str, action: Callable[[], object], text: str, chosen: str = "") -> None:
-        """Change the user's presets, and say so, or why that failed."""
         try:
-            action()
+            change()
         except IlfError as error:
             self._context.notes.report(what, error)
             return

@@ -1,8 +1,10 @@
-"""Keyboard shortcuts of the window's commands, with the user's changes."""
+"""All commands of the window: found in the palette, and used by their keys, which the user can change."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QModelIndex, QObject, QSettings, QSignalBlocker, Qt, Signal
+from functools import cached_property
+
+from PySide6.QtCore import QEvent, QObject, QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QDialog,
@@ -12,7 +14,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMainWindow,
     QPushButton,
-    QTreeWidgetItem,
     QWidget,
 )
 
@@ -26,8 +27,9 @@ from ..base.commands import (
     plain,
     why_not,
 )
-from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, row_list, stack
+from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, stack
 from .context import Feature
+from .palette import CommandPalette, command_list, current_entry, list_commands, listed
 from .tools import ToolsFeature
 
 # Keys of the commands: the defaults, and those set by the user.
@@ -185,8 +187,6 @@ def _name(key: str) -> str:
 
 # The dialog with all commands and their keys, where the keys can be changed.
 
-_COMMAND, _KEYS = 0, 2
-"""Columns of the list."""
 _HINT = "Select a command, click the field and press the new keys. They apply at once."
 
 
@@ -204,11 +204,10 @@ class ShortcutsDialog(QDialog):
         self.setWindowTitle("Keyboard shortcuts")
         give_size(self, 620, 560)
         self._keymap = keymap
-        self._items: dict[str, QTreeWidgetItem] = {}
         self.filter = QLineEdit(placeholderText="Filter by name, menu or keys", clearButtonEnabled=True)
         self.filter.setAccessibleName("Filter")
         self.filter.setToolTip("Show only commands that match by name, menu or keys")
-        self.list = row_list("Commands and their keys", "", ("Command", "Menu", "Keys"), _COMMAND)
+        self.list = command_list()
         self.list.setAlternatingRowColors(True)
         self.edit = _KeysField()
         self.edit.setMaximumSequenceLength(1)
@@ -232,74 +231,45 @@ class ShortcutsDialog(QDialog):
         row = lay_out(QHBoxLayout(), *keys, stretched=self.edit)
         stack(self, self.filter, self.list, row, clash, buttons, stretched=self.list, spacing=8)
 
-        self.filter.textChanged.connect(self._filter)
+        self.filter.textChanged.connect(self._list)
         self.list.currentItemChanged.connect(lambda *_: self._choose())
         self.list.itemActivated.connect(lambda *_: self.edit.setFocus())
         self.edit.keySequenceChanged.connect(lambda _: self._say(_HINT))  # what was offered is of the former keys
         self.edit.editingFinished.connect(self._set)
-        self.clear_button.clicked.connect(lambda: self._keymap.assign(self._key(), []))
-        self.reset_button.clicked.connect(lambda: self._keymap.assign(self._key(), self._keymap.default(self._key())))
+        self.clear_button.clicked.connect(lambda: self._assign([]))
+        self.reset_button.clicked.connect(lambda: self._assign(None))
         self.reset_all_button.clicked.connect(self._keymap.reset_all)
-        self.take_button.clicked.connect(lambda: self._keymap.assign(self._key(), [self.edit.keySequence()]))
-        self._keymap.changed.connect(self._show)
+        self.take_button.clicked.connect(lambda: self._assign([self.edit.keySequence()]))
+        self._keymap.changed.connect(self._list)
         self._keymap.update()
-        self._fill()
+        self._list()
 
     def choose(self, key: str) -> None:
         """Select the command with this key."""
-        self.list.setCurrentItem(self._items[key])
+        row = [entry.key for entry in listed(self.list)].index(key)
+        self.list.setCurrentIndex(self.list.model().index(row, 0))
 
-    def shown(self) -> list[str]:
-        """Return the keys of the commands that match the filter."""
-        return [key for key, item in self._items.items() if not item.isHidden()]
-
-    def _fill(self) -> None:
-        for entry in self._keymap.entries:
-            item = QTreeWidgetItem([entry.text, entry.where, entry.keys])
-            item.setData(_COMMAND, Qt.ItemDataRole.UserRole, entry.key)
-            item.setToolTip(_COMMAND, entry.hint)
-            self.list.addTopLevelItem(item)
-            self._items[entry.key] = item
-        self._show()
-        self._choose_first()
-
-    def _show(self) -> None:
-        for entry in self._keymap.entries:
-            item = self._items.get(entry.key)
-            if item is None:
-                continue
-            item.setText(_KEYS, entry.keys)
-            font = item.font(_KEYS)
-            font.setBold(self._keymap.is_changed(entry.key))
-            item.setFont(_KEYS, font)
+    def _list(self) -> None:
+        """List the commands that match the filter, with the same one selected if it is one of them."""
+        present = current_entry(self.list)
+        with QSignalBlocker(self.list):
+            for item, entry in list_commands(self.list, self._keymap.entries, self.filter.text()):
+                item.setToolTip(0, entry.hint)
+                font = item.font(2)
+                font.setBold(self._keymap.is_changed(entry.key))
+                item.setFont(2, font)
+                if present is not None and entry.key == present.key:
+                    self.list.setCurrentItem(item)
         self._choose()
 
-    def _filter(self, query: str) -> None:
-        for entry in self._keymap.entries:
-            about = f"{entry.text} {entry.where} {entry.keys}".lower()
-            self._items[entry.key].setHidden(not all(word in about for word in query.lower().split()))
-        current = self.list.currentItem()
-        if current is None or current.isHidden():
-            self._choose_first()
-
-    def _choose_first(self) -> None:
-        """Select the first visible command."""
-        if shown := self.shown():
-            self.choose(shown[0])
-        else:
-            self.list.setCurrentIndex(QModelIndex())
-
-    def _key(self) -> str:
-        current = self.list.currentItem()
-        return "" if current is None else str(current.data(_COMMAND, Qt.ItemDataRole.UserRole))
-
-    def _entry(self) -> ActionEntry | None:
-        key = self._key()
-        return next((entry for entry in self._keymap.entries if entry.key == key), None)
+    def _assign(self, keys: Keys | None) -> None:
+        """Assign keys to the selected command; None for its default ones."""
+        if (entry := current_entry(self.list)) is not None:
+            self._keymap.assign(entry.key, self._keymap.default(entry.key) if keys is None else keys)
 
     def _choose(self) -> None:
         """Show the keys of the selected command."""
-        entry = self._entry()
+        entry = current_entry(self.list)
         keys = entry.action.shortcuts() if entry is not None else []
         with QSignalBlocker(self.edit):
             self.edit.setKeySequence(keys[0] if keys else QKeySequence())
@@ -312,7 +282,7 @@ class ShortcutsDialog(QDialog):
         self._say(f"Default: {came}." if came else _HINT)
 
     def _set(self) -> None:
-        entry, wanted = self._entry(), self.edit.keySequence()
+        entry, wanted = current_entry(self.list), self.edit.keySequence()
         if entry is None or wanted.isEmpty() or wanted in entry.action.shortcuts():
             return
         fixed = self._keymap.fixed(wanted)
@@ -345,7 +315,7 @@ class _KeysField(QKeySequenceEdit):
 
 
 class ShortcutsFeature(Feature):
-    """Applies the user's keyboard shortcuts, and opens the dialog to change them."""
+    """Applies the user's keyboard shortcuts, opens the dialog to change them, and the command palette."""
 
     keymap: Keymap
     """Made when all commands exist."""
@@ -376,3 +346,13 @@ class ShortcutsFeature(Feature):
     def _ask(self) -> None:
         """Show the keyboard shortcuts and change them."""
         open_once(ShortcutsDialog(self.keymap, self.context.window))
+
+    @cached_property
+    def palette(self) -> CommandPalette:
+        """The command palette, made when it is first used."""
+        return CommandPalette(self.context.window, self.context.panels.persistent)
+
+    @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
+    def _toggle_palette(self) -> None:
+        """Find a command by part of its name."""
+        self.palette.toggle()

@@ -93,8 +93,8 @@ class TableCell(NamedTuple):
         Name of the text's colour; "" for the usual one.
     bold, italic : bool
     ticked : bool
-    edited : str
-        What is edited, if it differs from the text.
+    edited : str or None
+        What is edited; None for the text.
     said : str
         What screen readers say, if it differs from the text.
     """
@@ -107,7 +107,7 @@ class TableCell(NamedTuple):
     bold: bool = False
     italic: bool = False
     ticked: bool = False
-    edited: str = ""
+    edited: str | None = None
     said: str = ""
 
 
@@ -190,7 +190,7 @@ class RowModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return cell.text
         if role == Qt.ItemDataRole.EditRole:
-            return cell.edited or cell.text
+            return cell.text if cell.edited is None else cell.edited
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return cell.said or cell.text
         if role == _SORT_ROLE:
@@ -214,12 +214,12 @@ class RowModel(QAbstractTableModel):
         return None
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
-        key, cell = self.keys[index.row()], self._cells[index.row()][index.column()]
+        key = self.keys[index.row()]
         if role == Qt.ItemDataRole.CheckStateRole:
             self.edited.emit(key, index.column(), Qt.CheckState(value) == Qt.CheckState.Checked)
             return True
         text = str(value).strip()
-        if text == (cell.edited or cell.text):
+        if text == self.data(index, Qt.ItemDataRole.EditRole):
             return False
         self.edited.emit(key, index.column(), text)
         return True

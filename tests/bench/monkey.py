@@ -28,7 +28,7 @@ from shiboken6 import isValid
 
 from gui.app.main_window import MainWindow
 from gui.base.commands import action_entries
-from gui.features.palette import PaletteFeature
+from gui.features.shortcuts import ShortcutsFeature
 from tests.pins.window.hand import isolated
 
 from .samples import write_sample
@@ -119,7 +119,7 @@ class Monkey:
 
     def _palette(self) -> str:
         """Use the command palette, which may be open since other steps."""
-        palette = self._window.feature(PaletteFeature).palette
+        palette = self._window.feature(ShortcutsFeature).palette
         if not palette.isVisible():
             palette.toggle()
         QTest.keyClicks(palette.field, self._chance.choice("abcdefghilmnoprstuvw"))

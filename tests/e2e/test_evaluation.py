@@ -218,7 +218,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert marked == shown.found.marked
     assert ("equal within" in shown.state.text()) == (len(marked) > 1)
     assert "over the pixels that all values filled" in shown.state.text()
-    assert shown.found.errors.keys() == {0, 1, 2}
+    assert len(shown.found.errors) == 3
     assert [shown.content.itemText(number) for number in range(2)] == ["Depth", "Error"]
     window.views.ranges.set_depth_map("grey")
     settle(window)

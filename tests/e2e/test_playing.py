@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLineEdit
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.sequence.flicker import Moment, written_depth
-from gui.features.sequence.playing import Pace, PlayFeature, play
+from gui.features.sequence.playing import Playback, PlayFeature, frames_from, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset
 from ilf.errors import InputError
@@ -199,7 +200,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     assert views.data.before.text == "The list has no frame before this one"
 
 
-def _rows(pace, count=99, bad=(), cost=0.0):
+def _rows(playback, count=99, bad=(), cost=0.0):
     """Rows of the first frames that are shown of ten that take so long to be read, and how many were left out."""
     frame = sequence(1)[0]
 
@@ -209,19 +210,20 @@ def _rows(pace, count=99, bad=(), cost=0.0):
             raise InputError("It cannot be read.")
         return Moment(f"frame {row}", "here", frame, None)
 
-    with closing(play([partial(read, row) for row in range(10)], 0, pace, preset())) as frames:
+    frames = frames_from([partial(read, row) for row in range(10)], 0, playback)
+    with closing(play(frames, playback, preset(), 10)) as frames:
         shown = [played for played, _ in zip(frames, range(count), strict=False)]
     return [played.row for played in shown], shown[-1].left_out
 
 
 def test_as_fast_as_it_goes_every_frame_is_shown():
-    assert _rows(Pace(rate=None), cost=0.01) == (list(range(10)), 0)
-    assert _rows(Pace(rate=None, loop=True), 25)[0] == [row % 10 for row in range(25)]
-    assert _rows(Pace(rate=None, loop=True), 9, bad=(1, 9))[0] == [0, 2, 3, 4, 5, 6, 7, 8, 0]
+    assert _rows(Playback(speed=None), cost=0.01) == (list(range(10)), 0)
+    assert _rows(Playback(speed=None, loop=True), 25)[0] == [row % 10 for row in range(25)]
+    assert _rows(Playback(speed=None, loop=True), 9, bad=(1, 9))[0] == [0, 2, 3, 4, 5, 6, 7, 8, 0]
 
 
 def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one():
-    rows, left_out = _rows(Pace(rate=200.0), cost=0.03)
+    rows, left_out = _rows(Playback(own_rate=200.0), cost=0.03)
     assert left_out == 10 - len(rows) > 0
     assert rows == sorted(set(rows))
     assert rows[-1] == 9
@@ -231,4 +233,21 @@ def test_a_loop_over_frames_that_cannot_be_read_ends():
     def read():
         raise InputError("It cannot be read.")
 
-    assert not [*play(2 * [read], 0, Pace(loop=True), preset())]
+    playback = Playback(loop=True)
+    assert not [*play(frames_from(2 * [read], 0, playback), playback, preset(), 2)]
+
+
+def test_the_list_takes_frames_out_and_notes_by_keys(listed, qtbot):
+    window, frames = listed, listed.feature(FramesFeature)
+    window.panels.enter("Frames")
+    view = frames.panel.view
+    view.setFocus()
+    view.setCurrentIndex(frames.panel.model.index(1, 0))
+    QTest.keyClick(view, Qt.Key.Key_F2)
+    (line,) = view.findChildren(QLineEdit)
+    QTest.keyClicks(line, "glass")
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: window.workspace.entries[1].note == "glass")
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_Delete)
+    qtbot.waitUntil(lambda: len(window.workspace.entries) == COUNT - 1)

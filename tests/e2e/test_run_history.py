@@ -91,7 +91,7 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     assert document.state.common.padding == 3.0
 
     _type(part, 1, Column.NAME, "as printed")
-    _type(part, 0, Column.NOTE, "sharper")
+    _type(part, 0, Column.VALUES, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
     part.view.selectRow(0)
     QTest.keyClick(part.view, Qt.Key.Key_Delete)
@@ -122,3 +122,14 @@ def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(opened, 
     qtbot.waitUntil((tmp_path / "runs.csv").is_file)
     (line,) = csv.DictReader((tmp_path / "runs.csv").read_text().splitlines())
     assert float(line["expected_error_rms [mm]"]) > 0
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
+def test_no_column_is_cut_at_the_usual_width(opened, part, qtbot, run_all, size):
+    opened.resize(*size)
+    opened.workspace.current.set_ground_truth(np.full(opened.workspace.current.frame.shape, 2.0, np.float32))
+    run_all(opened)
+    (run,) = opened.workspace.current.state.runs
+    qtbot.waitUntil(lambda: None not in (run.ground_truth_error, run.expected_error))
+    opened.refresh.now()
+    assert part.view.horizontalScrollBar().maximum() == 0

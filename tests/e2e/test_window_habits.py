@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QToolB
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.layouts.feature import LayoutsFeature
-from gui.features.palette import PaletteFeature
+from gui.features.layouts import LayoutsFeature
+from gui.features.palette import listed
 from gui.features.shortcuts import ShortcutsFeature
 from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
@@ -41,7 +41,7 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_P, CTRL_SHIFT)
-    palette = opened.feature(PaletteFeature).palette
+    palette = opened.feature(ShortcutsFeature).palette
     QTest.keyClicks(palette.field, "merge")
     assert palette.hint.text().startswith("Select two or more unlocked blocks first.")
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
@@ -139,20 +139,20 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
 
 
 def test_a_panel_is_found_by_what_it_shows(opened):
-    palette = opened.feature(PaletteFeature).palette
+    palette = opened.feature(ShortcutsFeature).palette
     palette.toggle()
     QTest.keyClicks(palette.field, "curves")
-    assert palette.offered()[0].text == "Convergence"
+    assert listed(palette.list)[0].text == "Convergence"
     palette.leave()
 
 
 def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
-    palette = opened.feature(PaletteFeature).palette
+    palette = opened.feature(ShortcutsFeature).palette
     menu = next(menu for menu in opened.findChildren(SidesMenu))
 
     def at_side(text: str) -> int:
         return next(
-            row for row, entry in enumerate(palette.offered()) if "Side A" in entry.where and entry.text == text
+            row for row, entry in enumerate(listed(palette.list)) if "Side A" in entry.where and entry.text == text
         )
 
     palette.toggle()
@@ -168,7 +168,7 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     palette.toggle()
     menu.fill()
     QTest.keyClicks(palette.field, "side")
-    assert palette.offered()
+    assert listed(palette.list)
     palette.leave()
 
 

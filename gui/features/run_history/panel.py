@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QToolBar, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 from ilf.completion.confidence.expected_error import error_summary, expected_error
@@ -27,7 +27,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import Part
 from ...state.run_history import MAX_COMPARED, title_of
-from ...widgets.basics import command_button, lay_out
+from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.row_table import ICON_SIZE
@@ -71,24 +71,16 @@ class RunsPanel(Panel):
         super().__init__(context)
         self.keeper = RunRecorder(context.workspace, context.runs, self)
         self.keeper.message.connect(context.notes.show_message)
-        self._export: tuple[Document, str] | None = None
-        """A list that is to be written to this file when all of its errors are computed."""
 
     def make(self) -> QWidget:
         """Make the table, with its commands above it as icons."""
         actions = self.context.actions
         self.view = RunView()
         widget = QWidget()
-        row = lay_out(QHBoxLayout(), margins=(4, 2, 4, 2), spacing=2)
-        for name in _BUTTONS.split():
-            if name == "|":
-                row.addSpacing(10)
-                continue
-            button = command_button(actions[name])
-            button.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
-            row.addWidget(button)
-        row.addStretch()
-        lay_out(QVBoxLayout(widget), row, self.view, spacing=0, stretched=self.view)
+        bar = QToolBar()
+        bar.setIconSize(QSize(ICON_SIZE, ICON_SIZE))
+        actions.fill(bar, _BUTTONS)
+        lay_out(QVBoxLayout(widget), bar, self.view, spacing=0, stretched=self.view)
         widget.setFocusProxy(self.view)
         self.view.rows.edited.connect(self._edit)
         delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.view, self.delete)
@@ -114,39 +106,36 @@ class RunsPanel(Panel):
     @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=_why_not_one)
     def _write_note(self) -> None:
         """Edit the note on the selected run."""
-        self._edit_cell(Column.NOTE)
+        self._edit_cell(Column.VALUES)
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
         document = self.context.workspace.current if self.context.workspace.has_current else None
         self.view.show_runs(document)
-        if document is not None:
+        if document is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
             self._measure(document)
 
-    def _measure(self, document: Document) -> bool:
-        """Measure the latest run without errors, unless the frame is running; return whether one is being measured."""
-        lacking = (run for run in reversed(document.state.runs) if None in (run.ground_truth_error, run.expected_error))
-        stored = next(lacking, None)
-        if stored is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
-            self._ask_errors(document, stored)
-        return stored is not None and self.busy
+    def _measure(self, document: Document, whole: bool = False, then: Callable[[], object] = lambda: None) -> None:
+        """Compute the errors of the latest run without errors, or of the `whole` list, and then do something."""
+        lacking = [run for run in reversed(document.state.runs) if None in (run.ground_truth_error, run.expected_error)]
+        ground_truth = document.frame.ground_truth
+        asked = [(stored, stored.run, stored.results) for stored in (lacking if whole else lacking[:1])]
 
-    def _ask_errors(self, document: Document, stored: StoredRun) -> None:
-        """Measure a run, and go on to the next one; write the list if it waits for them."""
-        run, results, ground_truth = stored.run, stored.results, document.frame.ground_truth
-
-        def take(errors: tuple[float, float]) -> None:
-            if stored.results is results and document.frame.ground_truth is ground_truth:
-                stored.ground_truth_error, stored.expected_error = errors
-                document.note_run_measured()
-            if self._export is not None:
-                self.export(self._export[1], self._export[0])
+        def take(found: list[tuple[float, float]]) -> None:
+            for (stored, _, results), errors in zip(asked, found, strict=True):
+                if stored.results is results and document.frame.ground_truth is ground_truth:
+                    stored.ground_truth_error, stored.expected_error = errors
+            document.note_run_measured()
+            then()
 
         def fail(error: Exception) -> None:
-            take(_UNDEFINED)  # reported once
             self.fail(error)
+            take([_UNDEFINED] * len(asked))  # reported once
 
-        self.requests.ask(lambda: measure(run, results, ground_truth), take, fail)
+        if asked:
+            self.requests.ask(lambda: [measure(run, results, ground_truth) for _, run, results in asked], take, fail)
+        else:
+            then()
 
     # commands
 
@@ -226,12 +215,10 @@ class RunsPanel(Panel):
         if path := ask_path(self.context.window, "Export runs", name, "Table (*.csv)"):
             self.export(path)
 
-    def export(self, path: str, document: Document | None = None) -> None:
-        """Write the list of a frame, the current one if none is given, as CSV once its errors are computed."""
-        document = document or self.context.workspace.current
-        self._export = (document, path) if self._measure(document) else None
-        if self._export is None:
-            save(self.context.notes, path, lambda: write_runs(path, document))
+    def export(self, path: str) -> None:
+        """Write the list of runs as CSV once its errors are computed."""
+        document = self.context.workspace.current
+        self._measure(document, True, lambda: save(self.context.notes, path, lambda: write_runs(path, document)))
 
     # the selection
 
@@ -255,7 +242,7 @@ class RunsPanel(Panel):
         if column == Column.COMPARED:
             others = [one for one in document.compared if one is not stored]
             document.compare_runs([*others, stored] if value else others)
-        elif column == Column.NOTE:
+        elif column == Column.VALUES:
             document.change_run(stored, note=value)
         elif value:
             document.change_run(stored, name=value)

@@ -9,7 +9,7 @@ from enum import IntEnum
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QAbstractItemView
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView
 
 from ilf._runtime.formatting import UNKNOWN, counted, millimetres, natural
 from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
@@ -30,9 +30,9 @@ class Column(IntEnum):
     HOLD_OUT = 3
     EXPECTED = 4
     VALUES = 5
+    """With the note on the run, which is edited."""
     SECONDS = 6
     ITERATIONS = 7
-    NOTE = 8
 
 
 ERRORS = {
@@ -42,8 +42,8 @@ ERRORS = {
 }
 """Columns of errors, and the attributes of `StoredRun` with them."""
 
-_LEAST_NAME, _MOST_NAME, _LEAST_VALUES, _LEAST_NOTE = 92, 220, 76, 60
-"""Widths of names, values and notes, which share what the other columns leave [px]."""
+_NAME, _MOST_NAME = 86, 220
+"""Width that names have before values, and the greatest [px]."""
 
 _COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
@@ -64,25 +64,25 @@ _HEADINGS: dict[int, Heading] = {
     Column.GROUND_TRUTH: Heading(
         "Truth [mm]",
         f"Root mean square error against the frame's ground truth, over the pixels filled by blocks. {_BEST}",
-        66,
+        54,
         "number",
     ),
     Column.HOLD_OUT: Heading(
         "Hold-out [mm]",
         "Root mean square error on hold-out depth with the run's parameters: hold-out test in the panel Accuracy. "
         f"{_BEST}",
-        76,
+        62,
         "number",
     ),
-    Column.EXPECTED: Heading(f"{RMS_NAME} [mm]", f"{RMS_MEANING}. {_BEST}", 80, "number"),
-    Column.VALUES: Heading("Values", "The nearest preset, and the differences to it."),
-    Column.SECONDS: Heading("Time [s]", "Duration of the run in seconds.", 60, "number"),
-    Column.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter in all blocks of the run.", 52, "number"),
-    Column.NOTE: Heading(
-        "Note",
-        "Your note on the run. Double-click to edit; runs with a note are not deleted automatically.",
+    Column.EXPECTED: Heading("Expected [mm]", f"{RMS_NAME}: {RMS_MEANING}. {_BEST}", 68, "number"),
+    Column.VALUES: Heading(
+        "Note · values",
+        "Your note on the run, the nearest preset, and the differences to it. Double-click to edit the note; runs with "
+        "one are not deleted automatically.",
         kind="edited",
     ),
+    Column.SECONDS: Heading("Time [s]", "Duration of the run in seconds.", 60, "number"),
+    Column.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter in all blocks of the run.", 52, "number"),
 }
 
 
@@ -99,7 +99,7 @@ def values_of(document: Document, run: StoredRun) -> str:
 
 def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[int, TableCell]:
     """Return what the table shows of a run; `best` are the errors that no other run has smaller."""
-    title, values = title_of(run.name, document, run.run), values_of(document, run)
+    title, noted = title_of(run.name, document, run.run), " · ".join(filter(None, (run.note, values_of(document, run))))
     seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
     about = (
         f"{run.name}\n{run.when:%H:%M:%S}: {len(run.done)} of {run.block_count} blocks"
@@ -121,10 +121,11 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
             said=f"● {title}, current" if present else "",
         ),
         **{column: _error_cell(run, column, column in best) for column in ERRORS},
-        Column.VALUES: TableCell(values, values.casefold(), _all_values(run.run.parameters, values)),
+        Column.VALUES: TableCell(
+            noted, noted.casefold(), _all_values(run.run.parameters, noted), edited=run.note, said=noted
+        ),
         Column.SECONDS: TableCell(seconds, run.seconds),
         Column.ITERATIONS: TableCell(str(run.iterations), run.iterations),
-        Column.NOTE: TableCell(run.note, run.note.casefold(), run.note),
     }
 
 
@@ -179,7 +180,9 @@ class RunView(RowTable):
         self.setEditTriggers(QAbstractItemView.EditTrigger.DoubleClicked)
         header = self.horizontalHeader()
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-        header.setFixedHeight(3 * header.fontMetrics().lineSpacing() + 6)
+        header.setFixedHeight(2 * header.fontMetrics().lineSpacing() + 6)
+        header.setMinimumSectionSize(1)
+        header.setSectionResizeMode(Column.VALUES, QHeaderView.ResizeMode.Stretch)
 
     def show_runs(self, document: Document | None) -> None:
         """Show the runs of a frame, and the columns of the errors that any of them has."""
@@ -202,13 +205,14 @@ class RunView(RowTable):
         self._fit()
 
     def _fit(self) -> None:
-        """Give names and values the width of their texts, and the note what is left; names have half of what the errors
-        leave if values need the rest. Time, iterations and note are reached by scrolling if there is no room."""
+        """Give names the width of their texts, or half of what the errors leave, and values the rest; show times and
+        iterations, which the hint of the name tells, too, if values leave room for them."""
         free = self.viewport().width() - sum(map(self.columnWidth, (Column.COMPARED, *ERRORS)))
-        wanted = max(self.sizeHintForColumn(Column.VALUES), _LEAST_VALUES)
-        name = min(self.sizeHintForColumn(Column.NAME), max(free // 2, free - wanted), _MOST_NAME)
-        name = max(name, _LEAST_NAME)
-        values = max(min(wanted, free - name), _LEAST_VALUES)
-        left = free - name - values - self.columnWidth(Column.SECONDS) - self.columnWidth(Column.ITERATIONS)
-        for column, width in ((Column.NAME, name), (Column.VALUES, values), (Column.NOTE, max(left, _LEAST_NOTE))):
-            self.horizontalHeader().resizeSection(column, width)
+        wanted = self.sizeHintForColumn(Column.VALUES)
+        most = min(max(free // 2, free - wanted, _NAME), _MOST_NAME, free - 1)
+        name = min(self.sizeHintForColumn(Column.NAME), most)
+        self.setColumnWidth(Column.NAME, name)
+        left = free - name - wanted
+        for column in (Column.SECONDS, Column.ITERATIONS):
+            left -= _HEADINGS[column].width
+            self.setColumnHidden(column, left < 0)

@@ -72,6 +72,10 @@ class Moment:
         return Before(depth_in, depth_out, f"{counted(gap, 'frame')} before, {how}")
 
 
+Due = tuple[int, Callable[[], Moment]]
+"""The row of a frame that is to be played, and what reads it; it raises IlfError if it cannot be read."""
+
+
 def moment_reader(
     entry: Entry, store: WorkStore, written: Callable[[], Depth | None] | None = None
 ) -> Callable[[], Moment]:

@@ -1,60 +1,86 @@
-"""Playing the frames of the list in the views: speed, loop, completion as they play; pausing opens the frame shown."""
+"""Playing frames in the views: those of the list, or live, of a recording, a folder or a camera; with speed, loop,
+completion and recording as they play. Pausing opens the frame shown."""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from ilf._runtime.cancellation import acquired
+from ilf._runtime.formatting import counted
+from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
+from ilf.sources.frame_folder import write_frame
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import Listing
 from ilf.stream.pacing import USUAL_RATE, latest_of, measured_rate, rate_of
-from ilf.stream.stream import Stream
+from ilf.stream.stream import Stream, StreamStatistics
 
-from ...base.commands import Actions, Command, command
-from ...base.needs import Need
+from ...base.commands import Command, command
+from ...base.needs import Need, sentence
 from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...views.view_data import Before, Depth
-from ...widgets.basics import command_button, lay_out
+from ...widgets.basics import command_button, lay_out, menu_button
+from ...widgets.file_choice import ask_path, choose_file, choose_folder
 from ...work.jobs import Order, Worker
+from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
+from ..documents.feature import DocumentsFeature
+from ..documents.frame_files import recording_files
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .flicker import Moment, moment_reader
+from .flicker import Due, Moment, moment_reader
+
+if TYPE_CHECKING:
+    from .live import MomentRecorder
 
 # Playing, in the worker's thread.
 
 
 @dataclass
-class Pace:
+class Playback:
     """How frames are played: set in the window's thread, read in the worker's.
 
     Attributes
     ----------
-    rate : float or None
-        Frames a second; None for as many as can be read and shown, without leaving any out.
+    own_rate : float
+        Frames a second of what is played.
+    speed : float or None
+        Multiple of that; None for as many as can be read and shown, without leaving any out.
     loop : bool
         Whether the first frame follows the last.
     completes : bool
         Whether frames without a result are completed.
     flickers : bool
         Whether the change against the frame before is wanted.
+    recorder : MomentRecorder or None
+        Records the frames shown.
     """
 
-    rate: float | None = USUAL_RATE
+    own_rate: float = USUAL_RATE
+    speed: float | None = 1.0
     loop: bool = False
     completes: bool = False
     flickers: bool = False
+    recorder: MomentRecorder | None = None
+
+    @property
+    def rate(self) -> float | None:
+        """Frames a second; None for as many as can be read and shown."""
+        return None if self.speed is None else self.speed * self.own_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +93,10 @@ class PlayedFrame:
     moment : Moment
     before : Before
         The frame that was shown before.
-    left_out, unreadable : int
-        Number of frames so far that were left out because they were late, and because they cannot be read.
+    left_out, unreadable, recorded : int
+        Number of frames so far that were left out because they were late, that cannot be read, that were recorded.
+    completing : StreamStatistics
+        What has been completed so far.
     """
 
     row: int
@@ -76,49 +104,60 @@ class PlayedFrame:
     before: Before
     left_out: int
     unreadable: int
+    recorded: int
+    completing: StreamStatistics
+
+
+_playing = threading.Lock()
+"""Held by the thread that plays: one that was cancelled may still be completing a frame."""
 
 
 def play(
-    readers: Sequence[Callable[[], Moment]], row: int, pace: Pace, parameters: Parameters
+    frames: Generator[Due, None, None], playback: Playback, parameters: Parameters, count: int = 0
 ) -> Generator[PlayedFrame, None, None]:
-    """Yield the frames of a list from a row on, each read when it is due; of those that are late, only the latest.
+    """Yield frames, each read when it is due; of those that are late, only the latest.
 
     Parameters
     ----------
-    readers : sequence of callable
-        Of the frames; each raises IlfError if its frame cannot be read.
-    row : int
-        The first one to play.
-    pace : Pace
+    frames : generator of Due
+    playback : Playback
     parameters : Parameters
         Of the filter, to complete frames.
+    count : int
+        Playing ends after so many frames in a row that cannot be read; never for 0.
     """
-    before, shown, left_out, unreadable, failed = None, row, 0, 0, 0
-    rows = latest_of(_rows(len(readers), row, pace), lambda: pace.rate)
-    with closing(rows) as due, Stream(parameters, rate=pace.rate or USUAL_RATE) as stream:
-        for row, late in due:
+    before, shown, left_out, unreadable, failed = None, 0, 0, 0, 0
+    with (
+        acquired(_playing),
+        closing(frames),
+        closing(latest_of(frames, lambda: playback.rate)) as due,
+        Stream(parameters, rate=playback.rate or USUAL_RATE) as stream,
+    ):
+        for (row, read), late in due:
             left_out += late
             try:
-                moment = readers[row]()
-                if pace.completes and moment.depth is None:
+                moment = read()
+                if playback.completes and moment.depth is None:
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
             except IlfError:
                 unreadable, failed = unreadable + 1, failed + 1
-                if failed == len(readers):
+                if failed == count:
                     return
             else:
                 before = before if row > shown else None  # the first one again
-                change = moment.since(before, row - shown) if pace.flickers else Before()
-                yield PlayedFrame(row, moment, change, left_out, unreadable)
+                change = moment.since(before, row - shown) if playback.flickers else Before()
+                recorder = playback.recorder
+                recorded = 0 if recorder is None else recorder.write(moment)
+                yield PlayedFrame(row, moment, change, left_out, unreadable, recorded, stream.statistics)
                 before, shown, failed = moment, row, 0
 
 
-def _rows(count: int, row: int, pace: Pace) -> Iterator[int]:
-    """The rows to be played, one after the other."""
-    yield from range(row, count)
-    while pace.loop:
-        yield from range(count)
+def frames_from(readers: Sequence[Callable[[], Moment]], row: int, playback: Playback) -> Generator[Due, None, None]:
+    """Yield the frames of a list from a row on, from the first one again if they are played in a loop."""
+    yield from list(enumerate(readers))[row:]
+    while playback.loop:
+        yield from enumerate(readers)
 
 
 # The window.
@@ -136,10 +175,17 @@ _SPEEDS: Mapping[str, tuple[str, float | None]] = {
 _RECENT = 20
 """Number of frames over which the rate is measured."""
 
+_FOLDER_KEY = "live/folder"
+_NO_CAMERA = 'Install pyrealsense2 first: pip install "ilf-studio[sensors]".'
+
+
+def _why_no_camera(_: PlayFeature) -> str:
+    return "" if find_spec("pyrealsense2") else _NO_CAMERA
+
 
 class PlayFeature(Feature):
-    """Plays the frames of the list. None of them is open meanwhile, so that no edit can get lost or into another frame;
-    pausing opens the frame shown."""
+    """Plays frames: those of the list, or live. None is open meanwhile, so that no edit can get lost or into another
+    frame; pausing opens the frame shown."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -152,16 +198,18 @@ class PlayFeature(Feature):
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
-        self.pace = Pace()
+        self.playback = Playback()
         self.written: dict[str, Callable[[], Depth | None]] = {}
         """Id of a frame -> what reads its depth in the latest export of this window that completed it from its
         files."""
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
-        self._speed: float | None = 1.0
         self._times: dict[str, float] = {}
         """Key of a frame -> its time [s], where it is known."""
         self._entries: list[Entry] = []
+        """What is played of the list; nothing if it is played live."""
+        self._live: tuple[str | None, float | None] | None = None
+        """The recording or folder that is played live, None for the camera, and the rate that was given."""
         self._left: Document | None = None
         """The frame that was open before."""
         self._opening = False
@@ -169,15 +217,35 @@ class PlayFeature(Feature):
         self._place: tuple[float, float, float] | None = None
         """The place that the views show when playing ends."""
         self._clock = deque[float](maxlen=_RECENT)
+        self._saver = LatestRequest(self, must_finish=True)
         context.loader.listed.connect(self._note_times)
         workspace = context.workspace
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
-        self.bar = _PlayBar(context.actions)
+        self.bar = self._make_bar()
         context.centre.add_before(self._frames.bar, self.bar)
         entries = workspace.entries
-        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1), Part.LIST)
+        self._on.toggled.connect(lambda _: context.refresh.mark("play bar"))
+        context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1 or self.playing), Part.LIST)
+        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
+        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
+
+    def _make_bar(self) -> QWidget:
+        """Return the buttons beside the film strip, play and a menu of what belongs to it, which is in the menu bar,
+        too."""
+        actions, speeds = self.context.actions, " ".join(_SPEEDS)
+        names = f"play_frames | {speeds} | play_loop play_completed play_recorded"
+        menu = actions.menu("&Play the frames", self.context.window, names)
+        actions.adopt("play_menu", menu.menuAction())
+        button = menu_button(menu, _SPEEDS["speed_normal"][0], "Speed, loop, completion and recording while playing")
+        button.setAccessibleName("Speed of playing")
+        for name, (text, speed) in _SPEEDS.items():
+            short = "max" if speed is None else text
+            actions[name].toggled.connect(lambda on, short=short: button.setText(short) if on else None)
+        bar = QWidget(visible=False)
+        lay_out(QHBoxLayout(bar), command_button(self._on), button, margins=(4, 0, 4, 0), spacing=0)
+        return bar
 
     def _speeds(self) -> Iterator[Command]:
         """Return the commands that set a speed."""
@@ -190,12 +258,65 @@ class PlayFeature(Feature):
     @command("play_loop", "&Loop", checkable=True)
     def _set_loop(self, on: bool) -> None:
         """Go on with the first frame after the last one."""
-        self.pace.loop = on
+        self.playback.loop = on
 
     @command("play_completed", "&Complete while playing", checkable=True)
     def _set_completes(self, on: bool) -> None:
         """Complete frames without a result as they play, as a stream does; nothing is stored."""
-        self.pace.completes = on
+        self.playback.completes = on
+
+    @command("play_recorded", "&Record…", checkable=True)
+    def _set_recorded(self, on: bool) -> None:
+        """Record frames with completed depth as they play, until playing ends: a file *.mcap of ROS 2, or a folder."""
+        from .live import MomentRecorder
+
+        if self.playback.recorder is not None:
+            self.playback.recorder.close()
+            self.playback.recorder = None
+        kinds = "ROS 2 recording (*.mcap);;Folder (*)"
+        if path := ask_path(self.context.window, "Record", "recording.mcap", kinds) if on else "":
+            try:
+                self.playback.recorder = MomentRecorder(path)
+            except IlfError as error:
+                self.context.notes.report("Record", error)
+        self.context.actions["play_recorded"].setChecked(self.playback.recorder is not None)
+
+    @command("play_recording", "&Recording…", needs=Need.NOT_PLAYING)
+    def _play_recording(self) -> None:
+        """Play a recording at its rate, and complete it as it plays."""
+        if path := choose_file(self.context.window, "Play live", _FOLDER_KEY, recording_files()):
+            self.play_live(path)
+
+    @command("play_folder", "&Folder…", needs=Need.NOT_PLAYING)
+    def _play_folder(self) -> None:
+        """Play the frames of a folder or data set, and complete them as they play."""
+        if path := choose_folder(self.context.window, "Play live", _FOLDER_KEY):
+            self.play_live(path)
+
+    @command("play_camera", "RealSense &camera", needs=Need.NOT_PLAYING, why_off=_why_no_camera)
+    def _play_camera(self) -> None:
+        """Play the connected RealSense camera, and complete its frames as they come."""
+        self.play_live()
+
+    def play_live(self, path: str | None = None, rate: float | None = None) -> None:
+        """Play a recording, a folder, or the connected RealSense camera (None), which need not be in the list, and
+        complete it with the current parameters as it plays.
+
+        Parameters
+        ----------
+        path : str or None
+        rate : float, optional
+            Frames a second; those of its timestamps if left out, or 10 without any.
+        """
+        self._on.setChecked(False)
+        self.context.actions["play_completed"].setChecked(True)
+        self._live = path, rate
+        self._on.setChecked(True)
+
+    def _why_off(self) -> str:
+        if self._opening:
+            return "The frame shown is being opened."
+        return "" if self.playing else sentence(Need.OTHERS & self.context.missing())
 
     @property
     def playing(self) -> bool:
@@ -208,8 +329,7 @@ class PlayFeature(Feature):
         icon="ph.play-circle",
         keys="K",
         checkable=True,
-        needs=Need.OTHERS,
-        why_off=lambda self: "The frame shown is being opened." if self._opening else "",
+        why_off=_why_off,
     )
     def _turn(self, on: bool) -> None:
         """Play the frames of the list from this one on; again, or a click in a view, opens the frame shown."""
@@ -221,47 +341,88 @@ class PlayFeature(Feature):
             self._pause()
 
     def _begin(self) -> None:
-        """Close the current frame as on going to another one, and play from it on; after the last, from the first."""
-        workspace = self.context.workspace
-        self._entries, row = self._frames.shown()
-        if row == len(self._entries) - 1:
-            row = 0
+        """Close the current frame as on going to another one, and play."""
+        workspace, playback = self.context.workspace, self.playback
+        frames = self._from_list() if self._live is None else self._from_source(*self._live)
+        parameters, count = workspace.parameters.current, len(self._entries)
         self.shown, self._left = None, workspace.current if workspace.has_current else None
-        self._set_speed(self._speed)
+        self._clock.clear()
         self.context.centre.show_images()
         self.context.views.keep_pictures(True)
         workspace.show(None)
         self.context.actions.refresh()
-        store, parameters = self.context.recorder.store, workspace.parameters.current
-        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in self._entries]
 
         def start() -> None:
             if self.playing:
-                self.worker.start(lambda: play(readers, max(row, 0), self.pace, parameters), paused=True)
+                self.worker.start(lambda: play(frames(), playback, parameters, count), paused=True)
 
         if self.worker.busy:  # the former one still ends
             self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
         else:
             start()
 
+    def _from_list(self) -> Callable[[], Generator[Due, None, None]]:
+        """Return what gives the frames of the list from the current one on; after the last, from the first."""
+        self._entries, row = self._frames.shown()
+        row = 0 if row == len(self._entries) - 1 else max(row, 0)
+        self.playback.own_rate = rate_of([self._times.get(entry.key) for entry in self._entries])
+        store = self.context.recorder.store
+        readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in self._entries]
+        return lambda: frames_from(readers, row, self.playback)
+
+    def _from_source(self, path: str | None, rate: float | None) -> Callable[[], Generator[Due, None, None]]:
+        """Return what gives the frames of a recording, a folder or the camera."""
+        from .live import live_frames
+
+        self._entries = []
+
+        def open_source() -> Generator[Due, None, None]:
+            usual, frames = live_frames(path)
+            self.playback.own_rate = rate or usual
+            return frames
+
+        return open_source
+
     def _pause(self) -> None:
         """Open the frame shown."""
         self.worker.cancel()
+        self.context.actions["play_recorded"].setChecked(False)
         self._status.show_playing("")
+        self._live = None
         if self.context.workspace.has_current:
             return
         self._opening, self._place = True, self.context.views.place
-        if self.shown is not None and (entry := self._entries[self.shown.row]) in self.context.workspace.entries:
-            self._frames.open(entry)
+        if self.shown is not None:
+            self._open(self.shown)
         self.context.refresh.mark("played")
         self.context.actions.refresh()
 
+    def _open(self, shown: PlayedFrame) -> None:
+        """Open a frame that was played, if it is still there; that of a camera is first written into a folder."""
+        if self._entries:
+            if (entry := self._entries[shown.row]) in self.context.workspace.entries:
+                self._frames.open(entry)
+        elif shown.moment.frame.inputs is not None:
+            self.context.feature(DocumentsFeature).open_source(FrameRef.of(shown.moment.frame.inputs))
+        else:
+            self._ask_folder(shown.moment.frame)
+
+    def _ask_folder(self, frame: RGBDFrame) -> None:
+        """Write a frame of a camera into a folder and open it, unless the user cancels."""
+
+        def fail(error: Exception) -> None:
+            self.context.notes.report("Not saved", error)
+            self._ask_folder(frame)
+
+        if path := ask_path(self.context.window, "Folder for the frame shown", "frame", "Folder (*)"):
+            open_source = self.context.feature(DocumentsFeature).open_source
+            self._saver.ask(lambda: write_frame(path, frame), lambda _: open_source(FrameRef(path)), fail)
+        self.context.refresh.mark("played")
+
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
-        workspace = self.context.workspace
-        if workspace.has_current:
-            same = self.shown is not None and self._entries[self.shown.row].id == workspace.current.id
-            self._place = self._place if same else None
+        if self.context.workspace.has_current:
+            self._place = self._place if self._opening else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
             self._frames.show_played(None)
@@ -275,7 +436,7 @@ class PlayFeature(Feature):
         elif place is not None and workspace.has_current:
             self._place = None
             self.context.views.set_place(*place)
-        elif self._opening and not workspace.has_current and not self.context.loader.busy:
+        elif self._opening and not workspace.has_current and not (self.context.loader.busy or self._saver.busy):
             self.shown, self._opening = None, False
             self._frames.show_played(None)
             if self._left in workspace.open:
@@ -287,21 +448,28 @@ class PlayFeature(Feature):
         """Show the frame that is due, while the next one is being read."""
         if not self.playing:
             return
-        self.pace.flickers = self.context.views.shows("before")
+        self.playback.flickers = self.context.views.shows("before")
         self.worker.order(Order.STEP)
-        self.shown = shown = played[-1]
-        moment = shown.moment
+        former, self.shown = self.shown, played[-1]
+        shown, moment = self.shown, self.shown.moment
+        if former is not None and shown.completing.scenes > max(former.completing.scenes, 1):
+            self.context.views.ranges.reset_for_frame()
         self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
-        self._frames.show_played(self._entries[shown.row])
+        self._frames.show_played(self._entries[shown.row] if self._entries else None)
         self._clock.append(time.monotonic())
         self._status.show_playing(self._text(shown))
 
     def _text(self, shown: PlayedFrame) -> str:
-        wanted = "" if self.pace.rate is None else f" of {self.pace.rate:.1f}"
+        wanted = "" if self.playback.rate is None else f" of {self.playback.rate:.1f}"
         parts = [f"{measured_rate(self._clock):.1f}{wanted} frames a second"]
         parts += [f"{shown.left_out} left out"] * bool(shown.left_out)
         parts += [f"{shown.unreadable} unreadable"] * bool(shown.unreadable)
-        return f"{shown.moment.name} ({shown.row + 1} of {len(self._entries)}): {', '.join(parts)}"
+        latency = shown.completing
+        if latency.frames:
+            parts.append(f"latency {1000 * latency.median:.0f} ms (95 %: {1000 * latency.worst:.0f} ms)")
+        parts += [f"{counted(shown.recorded, 'frame')} recorded"] * bool(shown.recorded)
+        place = f" ({shown.row + 1} of {len(self._entries)})" if self._entries else ""
+        return f"{shown.moment.name}{place}: {', '.join(parts)}"
 
     def _end(self) -> None:
         """Open the last frame."""
@@ -310,35 +478,13 @@ class PlayFeature(Feature):
         self._on.setChecked(False)
 
     def _fail(self, error: Exception) -> None:
-        self._on.setChecked(False)
         self.context.notes.report("Play", error)
+        self._on.setChecked(False)
 
     def _set_speed(self, speed: float | None) -> None:
-        self._speed = speed
-        self.pace.rate = (
-            None if speed is None else speed * rate_of([self._times.get(entry.key) for entry in self._entries])
-        )
+        self.playback.speed = speed
         self._clock.clear()
 
     def _note_times(self, _: FrameRef, listing: Listing) -> None:
         keys = (source.key for source in listing.sources)
         self._times |= dict(zip(keys, listing.times, strict=False))
-
-
-class _PlayBar(QWidget):
-    """Buttons beside the film strip: play, and a menu of the speeds with loop and completion."""
-
-    def __init__(self, actions: Actions) -> None:
-        super().__init__()
-        self._speed = QToolButton(autoRaise=True)
-        self._speed.setMenu(actions.menu("", self, f"{' '.join(_SPEEDS)} | play_loop play_completed"))
-        self._speed.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._speed.setAccessibleName("Speed of playing")
-        self._speed.setToolTip("Speed, loop, and completion while playing")
-        play = command_button(actions["play_frames"])
-        lay_out(QHBoxLayout(self), play, self._speed, margins=(4, 0, 4, 0), spacing=0)
-        for name, (text, speed) in _SPEEDS.items():
-            short = "max" if speed is None else text
-            actions[name].toggled.connect(lambda on, short=short: self._speed.setText(short) if on else None)
-        self._speed.setText(_SPEEDS["speed_normal"][0])
-        self.hide()

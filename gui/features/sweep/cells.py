@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QIcon, QKeyEvent, QPainter, QPen, QResizeEvent
@@ -23,16 +22,20 @@ _RING = 2.5
 _NUMBER, _BEST, _PRESENT = (Qt.ItemDataRole.UserRole + number for number in range(3))
 
 
-class Cell(NamedTuple):
-    """What a cell shows: a text, whether its point is one of the best or the current one, a picture, and the colour
-    around it."""
-
-    text: str
-    hint: str
-    is_best: bool
-    is_present: bool
-    picture: QIcon
-    colour: QColor | None = None
+def point_cell(
+    text: str, hint: str, is_best: bool, is_present: bool, picture: QIcon, colour: QColor | None = None
+) -> QTableWidgetItem:
+    """Make a cell: a text, whether its point is one of the best or the current one, a picture, and the colour around
+    it."""
+    cell = QTableWidgetItem(picture, text)
+    cell.setToolTip(hint)
+    cell.setData(Qt.ItemDataRole.AccessibleTextRole, hint)
+    cell.setData(_BEST, is_best)
+    cell.setData(_PRESENT, is_present)
+    if colour is not None:
+        cell.setBackground(QBrush(colour))
+        cell.setForeground(QBrush(QColor("black" if colour.lightness() > 120 else "white")))
+    return cell
 
 
 class PointCells(QTableWidget):
@@ -49,7 +52,7 @@ class PointCells(QTableWidget):
 
     def __init__(self, name: str) -> None:
         super().__init__()
-        self._cells: Sequence[Cell] = ()
+        self._cells: Sequence[QTableWidgetItem] = ()
         self._rows = 0
         self.setAccessibleName(name)
         self.setItemDelegate(_CellDelegate(self))
@@ -80,8 +83,8 @@ class PointCells(QTableWidget):
             header.setDefaultSectionSize(length)
             header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
 
-    def show_cells(self, cells: Sequence[Cell]) -> None:
-        """Show a cell for each point."""
+    def show_cells(self, cells: Sequence[QTableWidgetItem]) -> None:
+        """Show a cell for each point, made by `point_cell`."""
         self._cells = cells
         self._fill()
 
@@ -101,31 +104,28 @@ class PointCells(QTableWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fill()
+        if not self._rows and self._fitting != self.columnCount():
+            self._fill()
 
     def _take(self, row: int, column: int) -> None:
         if item := self.item(row, column):
             self.taken.emit(item.data(_NUMBER))
 
+    @property
+    def _fitting(self) -> int:
+        """As many columns as there is room for beside the scroll bar."""
+        room = self.width() - self.verticalScrollBar().sizeHint().width()
+        return min(max(room // self.horizontalHeader().defaultSectionSize(), 1), len(self._cells))
+
     def _fill(self) -> None:
+        for cell in self._cells:
+            self.takeItem(self.row(cell), self.column(cell))
         if not self._rows:
-            fitting = max(self.viewport().width() // self.horizontalHeader().defaultSectionSize(), 1)
-            columns = min(fitting, len(self._cells))
-            if columns != self.columnCount():
-                self.clear()
-                self.setColumnCount(columns)
-            self.setRowCount(-(-len(self._cells) // max(columns, 1)))
+            self.setColumnCount(self._fitting)
+            self.setRowCount(-(-len(self._cells) // max(self._fitting, 1)))
         for number, cell in enumerate(self._cells):
-            item = QTableWidgetItem(cell.picture, cell.text)
-            item.setToolTip(cell.hint)
-            item.setData(Qt.ItemDataRole.AccessibleTextRole, cell.hint)
-            item.setData(_NUMBER, number)
-            item.setData(_BEST, cell.is_best)
-            item.setData(_PRESENT, cell.is_present)
-            if cell.colour is not None:
-                item.setBackground(QBrush(cell.colour))
-                item.setForeground(QBrush(QColor("black" if cell.colour.lightness() > 120 else "white")))
-            self.setItem(*self.place(number), item)
+            cell.setData(_NUMBER, number)
+            self.setItem(*self.place(number), cell)
 
 
 class _CellDelegate(QStyledItemDelegate):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
@@ -16,17 +18,17 @@ from PySide6.QtWidgets import (
     QPushButton,
     QSplitter,
     QStackedWidget,
+    QTableWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
 from ilf._runtime.formatting import counted, millimetres
-from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import to_indices
-from ilf.errors import IlfError
+from ilf.errors import IlfError, InputError
 from ilf.evaluation.hold_out import untrusted_note
-from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, can_be_swept
+from ilf.evaluation.sweep import Sweep, can_be_swept
 
 from ...base import theme
 from ...state.parts import Part
@@ -34,14 +36,15 @@ from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
 from ...views.pixel_items import rgb_image
 from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
+from ...widgets.notices import error_text
 from ...work.frame_runs import RunState
 from ..context import Context
 from ..filter import FilterPanel
 from ..panel import Panel
-from .cells import Cell, PointCells
+from .cells import PointCells, point_cell
 from .curve import ErrorCurve
 from .options import CriterionBox, RangeBox
-from .state import Picture, Scale, SweepState
+from .state import Picture, SweepState
 
 _WIDTH, _HEIGHT, _LEFT = 1040, 660, 300
 _DEPTH, _DIFFERENCE = 0, 1
@@ -139,8 +142,6 @@ class SweepFeature(Panel):
 
     def open(self, name: str = "") -> None:
         """Open the window, with a parameter unless it is ""."""
-        if not self._workspace.has_current:
-            return
         was_open = self.widget.isVisible()
         self.widget.show()
         self.widget.raise_()
@@ -169,13 +170,21 @@ class SweepFeature(Panel):
     def _boxes(self) -> list[RangeBox]:
         return [self.first, *([self.second] if self.second.isChecked() else [])]
 
-    def _variation(self) -> dict[str, tuple[Value, ...]]:
-        """Name -> values to test; raises ParameterError with a message for invalid ranges."""
-        return {box.declaration.name: box.values() for box in self._boxes()}
-
-    def _follow_frames(self) -> None:
-        if self.found is not None and self.found.document not in self._workspace.open:
-            self._drop()
+    def _sweep(self) -> Sweep | None:
+        """The sweep of the settings; None if there is none, which is told."""
+        workspace, variation = self._workspace, {box.declaration.name: box for box in self._boxes()}
+        try:
+            if not workspace.has_current:
+                raise InputError("Open a frame first.")
+            if len(variation) < len(self._boxes()):
+                raise InputError("Select two different parameters, or switch the second one off.")
+            values = {name: box.values() for name, box in variation.items()}
+            only = [workspace.chosen] if workspace.chosen and self.criterion.for_selected else None
+            run = workspace.current.run(workspace.parameters.current)
+            return Sweep(run, values, criterion=self.criterion.test(), only=only)
+        except IlfError as error:
+            self.state.show_message(str(error), "error")
+            return None
 
     def refresh(self, parts: Part) -> None:
         self._show_frame()
@@ -198,48 +207,33 @@ class SweepFeature(Panel):
         """Show why the settings are invalid; or the result of the last sweep or, if `edited`, the size of the next."""
         if self.busy:
             return
-        self.start_button.setEnabled(False)
-        try:
-            values = self._variation()
-        except IlfError as error:
-            self.state.show_message(str(error), "error")
-            return
-        if self.second.isChecked() and self.first.declaration.name == self.second.declaration.name:
-            self.state.show_message("Select two different parameters, or switch the second one off.", "error")
-            return
-        self.start_button.setEnabled(True)
-        count = math.prod(len(one) for one in values.values())
-        test = self.criterion.test()
-        runs = count * (1 if test is None else len(test.seeds) + 1)
-        outcome = "" if edited else self._outcome()
-        self.state.show_message(outcome or f"{counted(count, 'value')}, {counted(runs, 'run')}.")
+        sweep = self._sweep()
+        self.start_button.setEnabled(sweep is not None)
+        if sweep is not None:
+            values, test = len(sweep.points), sweep.criterion
+            runs = values * (1 if test is None else len(test.seeds) + 1)
+            outcome = "" if edited else self._outcome()
+            self.state.show_message(outcome or f"{counted(values, 'value')}, {counted(runs, 'run')}.")
 
     # the sweep
 
     def start(self) -> None:
         """Start a sweep with the settings."""
-        workspace = self._workspace
-        if self.busy or not workspace.has_current:
+        sweep = None if self.busy else self._sweep()
+        if sweep is None:
             return
-        document = workspace.current
-        label = workspace.chosen if self.criterion.for_selected else 0
-        run = document.run(workspace.parameters.current)
-        try:
-            sweep = Sweep(run, self._variation(), criterion=self.criterion.test(), only=[label] if label else None)
-        except IlfError as error:
-            self.state.show_message(str(error), "error")
-            return
-        self.found = found = SweepState(document, sweep, label)
+        document = self._workspace.current
+        self.found = found = SweepState(document, sweep)
         self._lay_out(found)
         self.requests.ask(
             found.steps,
-            partial(self._finish, found),
-            step=partial(self._take_point, found),
+            partial(self._take, found.finish),
+            step=partial(self._take, found.add),
             what=f"a sweep of {document.name}",
             about=document,
         )
         self.state.show_message("Running the first values…")
-        self._set_busy(True)
+        self._allow(False)
         self._show_found()
 
     def apply(self, number: int | None) -> None:
@@ -259,29 +253,25 @@ class SweepFeature(Panel):
         else:
             self.context.notes.show_message(text)
 
-    def _take_point(self, found: SweepState, point: SweepPoint) -> None:
-        found.add(point)
+    def _take(self, add: Callable[[Any], None], what: object) -> None:
+        """Add a point to the results, or all of them in the end."""
+        add(what)
         self._show_found()
         self.state.show_message(self._outcome())
 
-    def _finish(self, found: SweepState, result: SweepResult) -> None:
-        found.finish(result)
-        self.state.show_message(self._outcome())
-
     def fail(self, error: Exception) -> None:
-        if isinstance(error, IlfError):
-            self.state.show_message(str(error), "error")
-        else:
-            self.context.notes.report("The sweep stopped", error)
+        self.state.show_message(error_text(error), "error")
 
     def _end(self) -> None:
-        self._set_busy(False)
+        self._allow(True)
         if self.found is None:  # its frame was closed
             self._describe()
         self._show_found()
 
-    def _drop(self) -> None:
+    def _follow_frames(self) -> None:
         """Stop the sweep of a frame that was closed, and clear its results."""
+        if self.found is None or self.found.document in self._workspace.open:
+            return
         self.requests.cancel()
         self.found = None
         self._outcomes.setCurrentIndex(0)
@@ -289,9 +279,9 @@ class SweepFeature(Panel):
         self.apply_button.setEnabled(False)
         self._describe()
 
-    def _set_busy(self, busy: bool) -> None:
+    def _allow(self, settings: bool) -> None:
         for widget in (self.first, self.second, self.criterion, self.start_button):
-            widget.setEnabled(not busy)
+            widget.setEnabled(settings)
 
     # results
 
@@ -300,7 +290,8 @@ class SweepFeature(Panel):
         self._outcomes.setCurrentIndex(1)
         self._icons.clear()
         values = [sorted(float(value) for value in values) for values in found.sweep.values.values()]
-        names = [_with_unit(box) for box in self._boxes()]
+        declarations = [box.declaration for box in self._boxes()]
+        names = [f"{one.label} [{one.unit}]" if one.unit else one.label for one in declarations]
         alone, heads = len(names) == 1, None
         if alone:
             self.curve.set_scale(names[0], values[0], self.first.logarithmic)
@@ -321,52 +312,51 @@ class SweepFeature(Panel):
         found = self.found
         if found is None:
             return
-        numbers = range(len(found.points))
         differences = self.content.currentIndex() == _DIFFERENCE
         colours = differences, self.context.views.data.depth_map, theme.is_dark(self.widget.palette())
-        pictures, scale = found.pictures(*colours)
-        if (coloured := (*colours, scale.low, scale.high)) != self._coloured:
+        pictures, (table, levels) = found.pictures(*colours)
+        if (coloured := (*colours, levels)) != self._coloured:
             self._icons.clear()
             self._coloured = coloured
-        self._show_scale(scale, "mm" if differences else "m")
+        self.bar.set_table(table)
+        self.bar.set_unit("mm" if differences else "m")
+        self.bar.set_levels(levels)
+        self.bar.show()
         tints: Sequence[QColor | None] = [None] * len(found.points)
         if len(found.sweep.values) == 1:
-            self.curve.set_present(float(next(iter(found.present_values.values()))))
-            self.curve.set_points(list(found.errors), list(found.errors.values()), found.marked)
+            (present,) = found.present_values.values()
+            self.curve.draw(found.errors, found.marked, float(present))
         else:
-            tints = _error_colours([found.errors.get(number, math.nan) for number in numbers])
-        self.pictures.show_cells(
-            [self._cell(found, number, pictures.get(number), scale, tints[number]) for number in numbers]
-        )
+            tints = _error_colours([*found.errors, *[math.nan] * (len(found.points) - len(found.errors))])
+        icons = (self._icon(number, pictures, table, levels) for number in range(len(tints)))
+        cells = [self._cell(found, number, *shown) for number, shown in enumerate(zip(icons, tints, strict=True))]
+        self.pictures.show_cells(cells)
         self.apply_button.setEnabled(found.best is not None and found.best != found.present)
 
-    def _show_scale(self, scale: Scale, unit: str) -> None:
-        self.bar.set_table(scale.table)
-        self.bar.set_unit(unit)
-        self.bar.set_levels((scale.low, scale.high))
-        self.bar.show()
-
-    def _cell(self, found: SweepState, number: int, picture: Picture | None, scale: Scale, tint: QColor | None) -> Cell:
-        coverage = found.coverage.get(number, 1.0)
-        waiting = "…" if self.busy else "not run"
-        error = _millimetres(found.errors[number]) if number in found.errors else waiting
-        text = error if coverage > _FULL_COVERAGE else f"{error}, fills {coverage:.0%}"
+    def _cell(self, found: SweepState, number: int, picture: QIcon, tint: QColor | None) -> QTableWidgetItem:
+        text = "…" if self.busy else "not run"
+        if number < len(found.errors):
+            text = _millimetres(found.errors[number])
+            if found.coverage[number] <= _FULL_COVERAGE:
+                text += f", fills {found.coverage[number]:.0%}"
         best, present = number in found.marked, number == found.present
-        marks = ["best" if found.ties is None else "equal"] * best + ["current"] * present
+        marks = ["best" if len(found.marked) == 1 else "equal"] * best + ["current"] * present
         values = " · ".join(f"{value:g}" for value in found.points[number].values())
         hint = f"{', '.join([values, text, *marks])}. Click to apply."
         caption = "\n".join((values, text, ", ".join(marks)))
-        return Cell(caption, hint, best, present, self._icon(number, picture, scale), tint)
+        return point_cell(caption, hint, best, present, picture, tint)
 
-    def _icon(self, number: int, picture: Picture | None, scale: Scale) -> QIcon:
+    def _icon(
+        self, number: int, pictures: Sequence[Picture], table: NDArray[np.uint8], levels: tuple[float, float]
+    ) -> QIcon:
         """The picture of a point, made once for a colour scale; an empty one until there is a result."""
         size = self.pictures.iconSize() * 2  # for screens of twice the resolution
-        if picture is None:
+        if number >= len(pictures):
             blank = QPixmap(size)
             blank.fill(theme.colours(self.widget.palette()).panel)
             return QIcon(blank)
         if number not in self._icons:
-            image = rgb_image(scale.table[to_indices(picture, scale.low, scale.high)][..., :3])
+            image = rgb_image(table[to_indices(pictures[number], *levels)][..., :3])
             smooth = Qt.TransformationMode.SmoothTransformation
             image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
             self._icons[number] = QIcon(QPixmap.fromImage(image))
@@ -378,14 +368,14 @@ class SweepFeature(Panel):
         if found is None or best is None:
             return "Nothing could be evaluated." if found is not None and found.errors else ""
         where = found.document.info(found.label).name if found.label else "all blocks"
-        over = "over the pixels that all values filled" if found.is_over_all else "so far"
-        if found.ties is not None:
-            text = f"{found.text_of_several(found.ties.equal)} are equal within {millimetres(found.ties.within)} mm"
-            text += ", the current value among them" * (found.present in found.ties.equal)
-        else:
-            text = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}"
-        if found.present in found.errors and found.present not in found.marked:
-            text += f" (current: {_millimetres(found.errors[found.present])})"
+        over = "so far" if found.result is None else "over the pixels that all values filled"
+        text, present = f"best at {found.text_of(best)}, {_millimetres(found.errors[best])}", found.present
+        if found.result is not None and found.result.ties:
+            within = millimetres(found.result.ties.within)
+            text = f"{len(found.marked)} of {counted(len(found.points), 'point')} are equal within {within} mm"
+            text += ", the current value among them" * (present in found.marked)
+        if present is not None and present < len(found.errors) and present not in found.marked:
+            text += f" (current: {_millimetres(found.errors[present])})"
         left_out = "" if found.sweep.criterion is None else untrusted_note(found.document.frame)
         return f"{found.document.name}, {where}: {text}, {over}. {left_out}".rstrip()
 
@@ -399,11 +389,6 @@ def _error_colours(errors: Sequence[float]) -> list[QColor | None]:
     low, table = known.min(), error_table()
     indices = to_indices(logs, low, max(known.max(), low + 1e-6))
     return [QColor(*table[index, :3].tolist()) if index else None for index in indices]
-
-
-def _with_unit(box: RangeBox) -> str:
-    declaration = box.declaration
-    return f"{declaration.label} [{declaration.unit}]" if declaration.unit else declaration.label
 
 
 def _millimetres(error: float) -> str:

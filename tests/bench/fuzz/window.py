@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 from gui.app.main_window import MainWindow
 from gui.features.documents.recent import RecentMenu
 from gui.features.export.files import stored_options
-from gui.features.layouts.layout import Arrangement, LayoutStore
+from gui.features.layouts import Arrangement, LayoutStore
 from gui.features.palette import CommandPalette
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder

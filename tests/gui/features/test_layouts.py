@@ -9,8 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from gui.app.main_window import MainWindow
-from gui.features.layouts.feature import LayoutsFeature
-from gui.features.layouts.layout import Arrangement, LayoutStore
+from gui.features.layouts import Arrangement, Layout, LayoutsFeature, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
 
 
@@ -105,7 +104,7 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(opened):
     assert (layouts.present, _area(window, "Blocks")) == ("own_1", left)
     window.close()
     stored = LayoutStore(persistent=True)
-    assert [layout.text for layout in stored.own] == ["Ours"]
+    assert [layout.text for layout in stored.own.values()] == ["Ours"]
 
 
 def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot, opened):
@@ -126,7 +125,7 @@ def test_layouts_are_kept_and_damaged_ones_are_left_out(qapp):
     store = LayoutStore(persistent=True)
     store.present = "own_1"
     store.changed["standard"] = replace(arrangement, panels=None)
-    store.put("own_1", "Mine", arrangement)
+    store.put("own_1", Layout("Mine", arrangement))
     kept = LayoutStore(persistent=True)
     assert (kept.present, kept.own, kept.left("standard").panels) == ("own_1", store.own, None)
     assert kept.left("own_1") == arrangement

@@ -1,28 +1,10 @@
-"""Features whose dialogs are seldom needed are made by the first of their commands, once."""
+"""Features whose dialogs are seldom needed are imported by the first of their commands."""
 
 import subprocess
 import sys
 from importlib.util import find_spec
 
-from gui.app.main_window import MainWindow
-from gui.features.palette import PaletteFeature
-
-NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "live", "palette", "sweep.feature")}
-
-
-def test_the_first_command_makes_the_feature(shown):
-    window = shown(MainWindow(persistent=False))
-
-    def made() -> list[PaletteFeature]:
-        return [feature for feature in window.features if isinstance(feature, PaletteFeature)]
-
-    assert made() == []
-    window.actions_["palette"].trigger()
-    (feature,) = made()
-    assert feature.palette.isVisible()
-    window.actions_["palette"].trigger()
-    assert made() == [feature]
-    assert not feature.palette.isVisible()
+NOT_AT_START = {f"gui.features.{name}" for name in ("export.feature", "sequence.live", "sweep.feature")}
 
 
 def test_what_is_seldom_used_is_not_imported_at_the_start():

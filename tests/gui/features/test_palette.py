@@ -6,7 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.base.commands import WHY_NOT, action_entries
-from gui.features.palette import CommandPalette, match
+from gui.features.palette import CommandPalette, listed, match
 
 _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
 
@@ -67,14 +67,14 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     palette = CommandPalette(window, persistent=True)
     palette.toggle()
     qtbot.keyClicks(palette.field, "dk")
-    assert [entry.text for entry in palette.offered()] == ["Dark"]
+    assert [entry.text for entry in listed(palette.list)] == ["Dark"]
     qtbot.keyClick(palette.field, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: window.given == ["Dark"])
     assert not palette.isVisible()
     assert QApplication.focusWidget() is field
     again = CommandPalette(window, persistent=True)
     again.toggle()
-    assert [entry.text for entry in again.offered()] == ["Dark", "Export", "Quit", "Larger brush"]
+    assert [entry.text for entry in listed(again.list)] == ["Dark", "Export", "Quit", "Larger brush"]
     qtbot.keyClick(again.field, Qt.Key.Key_Down)
     qtbot.keyClick(again.field, Qt.Key.Key_Down)
     qtbot.keyClick(again.field, Qt.Key.Key_Enter)
@@ -86,7 +86,7 @@ def test_whole_words_of_a_menu_come_before_letters_scattered_over_a_text(window,
     palette = CommandPalette(window, persistent=False)
     palette.toggle()
     qtbot.keyClicks(palette.field, "theme")
-    assert [entry.text for entry in palette.offered()] == ["Dark", "Tighten some"]
+    assert [entry.text for entry in listed(palette.list)] == ["Dark", "Tighten some"]
 
 
 def test_what_cannot_be_given_says_why_and_is_not(window, qtbot):

@@ -5,7 +5,7 @@ from PySide6.QtCore import QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon
 
 import ilf
-from gui.features.sweep.cells import Cell, PointCells
+from gui.features.sweep.cells import PointCells, point_cell
 from gui.features.sweep.curve import ErrorCurve
 from gui.features.sweep.options import CriterionBox, RangeBox
 from ilf.errors import ParameterError
@@ -53,10 +53,9 @@ def test_the_truth_is_the_criterion_where_there_is_one(qtbot):
 def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
     curve = shown(ErrorCurve(), 500, 200)
     curve.set_scale("Smoothness", [0.1, 1.0, 10.0], logarithmic=True)
-    curve.set_points([2, 0], [0.03, 0.01], best=[0])
-    curve.set_present(1.0)
+    curve.draw([0.01, 0.02, 0.03], best=[0], present=1.0)
     qtbot.wait(1)
-    assert curve.curve.getData()[1].tolist() == [10.0, 30.0]
+    assert curve.curve.getData()[1].tolist() == [10.0, 20.0, 30.0]
     assert curve.present.isVisible()
     assert curve.present.value() == 0.0
     box = curve.getViewBox()
@@ -65,12 +64,14 @@ def test_a_click_on_the_curve_takes_the_nearest_value(qtbot, shown):
     with qtbot.waitSignal(curve.taken) as taken:
         qtbot.mouseClick(curve.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(round(last), 100))
     assert taken.args == [2]
-    curve.set_present(99.0)
+    curve.draw([0.01], best=[0], present=99.0)
     assert not curve.present.isVisible()
 
 
 def _cells(texts, best=(), present=None, **more):
-    return [Cell(text, text, number in best, number == present, QIcon(), **more) for number, text in enumerate(texts)]
+    return [
+        point_cell(text, text, number in best, number == present, QIcon(), **more) for number, text in enumerate(texts)
+    ]
 
 
 def _centre(cells, number):
@@ -108,3 +109,15 @@ def test_the_best_is_seen_on_every_colour_of_an_error(shown, ground):
     corner = grid.visualRect(grid.indexAt(_centre(grid, 0))).topLeft()
     ring = grid.viewport().grab().toImage().pixelColor(corner + QPoint(2, 20))
     assert abs(ring.lightness() - QColor(ground).lightness()) > 120
+
+
+def test_pictures_are_in_as_many_columns_as_fit(shown, qtbot):
+    cells = PointCells("Pictures")
+    cells.arrange(None, QSize(60, 20))
+    shown(cells, 300, 200)
+    cells.show_cells(_cells([str(number) for number in range(9)]))
+    for width in (300, 120, 900):
+        cells.resize(width, 200)
+        qtbot.waitUntil(lambda width=width: cells.width() == width)
+        assert [cells.item(*cells.place(number)).text() for number in range(9)] == [str(number) for number in range(9)]
+        assert all(cells.visualItemRect(cells.item(0, column)).right() < width for column in range(cells.columnCount()))

@@ -1,26 +1,175 @@
-"""Layouts of the window: switching, saving and resetting them."""
+"""Layouts of the window: the built-in ones, switching, saving and resetting them, and their storage."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 
-from PySide6.QtCore import QEvent, QObject, QSettings, QSignalBlocker, Qt
+import msgspec
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 
-from ...base.commands import Command, command, describe
-from ...views.layouts import LAYOUTS
-from ...widgets.basics import lay_out, open_once
-from ..context import Context, Feature
-from ..views import ViewsFeature
-from .layout import BUILT_IN, CORRECT, INSPECT, OWN, OWN_HINT, STANDARD, TUNE, Arrangement, Layout, LayoutStore
+from ..base.commands import Command, command, describe
+from ..views.layouts import CORRECT as CORRECT_VIEWS
+from ..views.layouts import LAYOUTS
+from ..widgets.basics import lay_out, open_once
+from .context import Context, Feature
+from .views import ViewsFeature
 
-_ICONS = {STANDARD: "ph.layout", INSPECT: "ph.eye", CORRECT: "ph.pencil-line", TUNE: "ph.sliders"}
-_KEYS = {INSPECT: "F3", CORRECT: "F4", TUNE: "F12"} | {name: f"Ctrl+Alt+{n}" for n, name in enumerate(OWN, 1)}
-_TEXTS = {layout.name: (f"&{layout.text}", layout.hint) for layout in BUILT_IN}
-_TEXTS |= {name: (name, OWN_HINT) for name in OWN}
+
+@dataclass(frozen=True)
+class Arrangement:
+    """Arrangement of the window.
+
+    Attributes
+    ----------
+    views : str
+        Arrangement of the views, one of `gui.views.layouts.LAYOUTS`.
+    contents : mapping of str to str
+        Contents of the views: name of a cell -> name of its content; default contents for cells that are not listed.
+    panels : tuple of str
+        Titles of the open panels; None for the default ones.
+    places : bytes
+        Positions and sizes of the panels; empty for the defaults.
+    sides : (str, str)
+        The compared depths, A and B, as chosen; "" for automatic.
+    cloud_beside : bool
+        Whether the cloud is shown beside the images.
+    contours : bool
+        Whether blocks are drawn as outlines, without fill.
+    """
+
+    views: str
+    contents: Mapping[str, str] = field(default_factory=dict)
+    panels: tuple[str, ...] | None = ()
+    places: bytes = b""
+    sides: tuple[str, str] = ("", "")
+    cloud_beside: bool = False
+    contours: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Named arrangement; changes to it are kept until it is reset.
+
+    Attributes
+    ----------
+    text : str
+        Displayed name.
+    arrangement : Arrangement
+        State after a reset.
+    """
+
+    text: str
+    arrangement: Arrangement
+
+
+STANDARD, INSPECT, CORRECT, TUNE = "standard", "inspect", "correct", "tune"
+
+BUILT_IN = {
+    STANDARD: Layout("Standard", Arrangement("grid", panels=None)),
+    INSPECT: Layout("Inspect", Arrangement("grid-difference", panels=("Inspect", "Range"))),
+    CORRECT: Layout("Correct", Arrangement(CORRECT_VIEWS, contours=True)),
+    TUNE: Layout("Tune", Arrangement("grid", panels=("Parameters", "Runs", "Convergence"))),
+}
+"""The built-in layouts by name."""
+
+OWN = tuple(f"own_{number}" for number in range(1, 10))
+"""Names of the user's own layouts, in the order of their shortcuts."""
+
+
+# Storage of layouts between program starts.
+
+_KEY = "layouts"
+
+
+class LayoutStore:
+    """Layouts by name, with the current one and the last state of each.
+
+    Parameters
+    ----------
+    persistent : bool
+        Whether layouts are stored between program starts.
+    """
+
+    def __init__(self, persistent: bool) -> None:
+        self._persistent = persistent
+        self.layouts = dict(BUILT_IN)
+        self.changed: dict[str, Arrangement] = {}
+        """Last state of layouts, if known."""
+        self.present = STANDARD
+        if persistent:
+            self._read()
+
+    @property
+    def own(self) -> dict[str, Layout]:
+        """The user's own layouts, in order."""
+        return {name: self.layouts[name] for name in OWN if name in self.layouts}
+
+    def named(self, text: str) -> str | None:
+        """Return the name of the layout with this displayed name, ignoring case; None for none."""
+        return next((name for name, one in self.layouts.items() if one.text.casefold() == text.casefold()), None)
+
+    def free_name(self) -> str | None:
+        """Return the first free name of an own layout; None if there is none."""
+        return next((name for name in OWN if name not in self.layouts), None)
+
+    def put(self, name: str, layout: Layout | None) -> None:
+        """Store an own layout; None deletes it."""
+        self.changed.pop(name, None)
+        if layout is None:
+            del self.layouts[name]
+        else:
+            self.layouts[name] = layout
+        self.write()
+
+    def left(self, name: str) -> Arrangement:
+        """Return the last state of a layout, or its default."""
+        return self.changed.get(name, self.layouts[name].arrangement)
+
+    def write(self) -> None:
+        """Store all layouts."""
+        if self._persistent:
+            stored = msgspec.json.encode((self.present, self.own, self.changed))
+            # with its checksum: Qt may crash on damaged places
+            QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
+
+    def _read(self) -> None:
+        kind = tuple[str, dict[str, Layout], dict[str, Arrangement]]
+        try:
+            stored = zlib.decompress(QSettings().value(_KEY))
+            present, own, changed = msgspec.json.decode(stored, type=kind)
+        except (zlib.error, msgspec.DecodeError, TypeError):
+            return  # there are none, or they are damaged: fall back to the built-in ones
+        self.layouts |= {name: layout for name, layout in own.items() if name in OWN}
+        self.changed = {name: left for name, left in changed.items() if name in self.layouts}
+        self.present = present if present in self.layouts else STANDARD
+
+
+# The window.
+
+_SWITCHES = {
+    STANDARD: ("&Standard", "Blocks and parameters beside the views", "ph.layout", ""),
+    INSPECT: (
+        "&Inspect",
+        "Views with the difference; depth profile, measurements and colour range",
+        "ph.eye",
+        "F3",
+    ),
+    CORRECT: (
+        "&Correct",
+        "One large view for correcting blocks, with their outlines; the others small beside it, no panels",
+        "ph.pencil-line",
+        "F4",
+    ),
+    TUNE: ("&Tune", "Views with parameters, runs and convergence", "ph.sliders", "F12"),
+    **{name: (name, "A layout of your own", "", f"Ctrl+Alt+{number}") for number, name in enumerate(OWN, 1)},
+}
+"""Text, hint, icon and keys of the command that switches to a layout."""
 
 _CHOICES = "block_names", "show_missing", "only_icons"
 """Options of the views that are stored between program starts."""
@@ -47,14 +196,12 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._deleted: Layout | None = None
+        self._deleted: tuple[str, Layout] | None = None
         self._actions: dict[str, QAction] = {}
-        for name, (text, hint) in _TEXTS.items():
-            icon, keys, choose = _ICONS.get(name, ""), _KEYS.get(name, ""), partial(self._choose, name)
-            hint = f"{hint}; again to go back"
-            switch = Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)
-            context.actions.add([switch])
-            self._actions[name] = context.actions[switch.name]
+        for name, (text, hint, icon, keys) in _SWITCHES.items():
+            hint, choose = f"{hint}; again to go back", partial(self._choose, name)
+            context.actions.add([Command(f"layout_{name}", text, hint, icon, keys, checkable=True, handler=choose)])
+            self._actions[name] = context.actions[f"layout_{name}"]
         self.menu = context.actions.menu("&Layout", context.window)
         context.actions.adopt("layout_menu", self.menu.menuAction())
         self.bar = _Tabs(drawBase=False, expanding=False, usesScrollButtons=True)
@@ -95,9 +242,6 @@ class LayoutsFeature(Feature):
     def _why_not_own(self) -> str:
         return "" if self.present in OWN else _NOT_OWN
 
-    def _why_none_deleted(self) -> str:
-        return "" if self._deleted is not None else "No layout has been deleted."
-
     def begin(self) -> None:
         """Restore layout and options of the last program start."""
         self._apply(self.store.left(self.store.present))
@@ -134,37 +278,31 @@ class LayoutsFeature(Feature):
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not
         possible."""
         text = text.strip()
-        known = self.store.named(text)
-        name = self.store.free_name() if known is None else known.name
+        name = self.store.named(text) or self.store.free_name()
         if not text:
-            return False
-        if known is not None and known.name not in OWN:
-            self.context.notes.show_message(f"{known.text} is built in and cannot be replaced: choose another name.")
             return False
         if name is None:
             self.context.notes.show_message(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
-            return False
-        now = self._arrangement()
-        if name != self.present:
-            self._leave(name)
-        self.store.put(name, text, now)
-        self._show()
-        keys = self._actions[name].shortcut().toString()
-        self.context.notes.show_message(f"Layout {text} saved" + (f"; {keys} switches to it." if keys else "."))
-        return True
+        elif name not in OWN:
+            self.context.notes.show_message(f"{text} is built in and cannot be replaced: choose another name.")
+        else:
+            now = self._arrangement()
+            if name != self.present:
+                self._leave(name)
+            self.store.put(name, Layout(text, now))
+            self._show()
+        return name in OWN
 
     def rename(self, text: str) -> bool:
         """Rename the current layout, one of the user's own; return False if that is not possible."""
         text = text.strip()
-        known = self.store.named(text)
-        if not text or self.present not in OWN:
-            return False
-        if known is not None and known.name != self.present:
-            self.context.notes.show_message(f"A layout {known.text} exists already: choose another name.")
-            return False
-        self.store.put(self.present, text, self.store.layouts[self.present].arrangement)
-        self._show()
-        return True
+        is_free = self.store.named(text) in (None, self.present)
+        if not is_free:
+            self.context.notes.show_message(f"A layout {text} exists already: choose another name.")
+        elif text:
+            self.store.put(self.present, Layout(text, self.store.layouts[self.present].arrangement))
+            self._show()
+        return bool(text) and is_free
 
     @command("delete_layout", "&Delete layout", icon="ph.trash", why_off=_why_not_own)
     def delete(self) -> None:
@@ -173,23 +311,26 @@ class LayoutsFeature(Feature):
         The previous one is switched to; the deleted one can be restored.
         """
         name = self.present
-        if name not in OWN:
-            return
         self.turn(self._back())
-        self._deleted = self.store.delete(name)
+        self._deleted = name, self.store.layouts[name]
+        self.store.put(name, None)
         self._show()
-        self.context.notes.offer(f"Layout {self._deleted.text} deleted.", self.context.actions["restore_layout"])
+        text = f"Layout {self._deleted[1].text} deleted."
+        self.context.notes.offer(text, self.context.actions["restore_layout"])
 
-    @command("restore_layout", "Restore layout", why_off=_why_none_deleted)
+    @command(
+        "restore_layout",
+        "Restore layout",
+        why_off=lambda self: "" if self._deleted is not None else "No layout has been deleted.",
+    )
     def restore(self) -> None:
         """Restore the layout that was deleted last."""
-        deleted, self._deleted = self._deleted, None
-        if deleted is None:
-            return
-        name = deleted.name if deleted.name not in self.store.layouts else self.store.free_name()
-        if name is not None:
-            self.store.put(name, deleted.text, deleted.arrangement)
-            self.turn(name)
+        assert self._deleted is not None
+        (name, layout), self._deleted = self._deleted, None
+        place = name if name not in self.store.layouts else self.store.free_name()
+        if place is not None:
+            self.store.put(place, layout)
+            self.turn(place)
         self._show()
 
     def shutdown(self) -> None:
@@ -258,12 +399,12 @@ class LayoutsFeature(Feature):
 
     def _show(self) -> None:
         """Show the layouts in menu and bar, and mark the current one."""
-        own = {layout.name: layout.text for layout in self.store.own}
+        own = self.store.own
         for name, action in self._actions.items():
             action.setChecked(name == self.present)
             if name in OWN:
                 action.setVisible(name in own)
-                action.setText(own.get(name, name).replace("&", "&&"))
+                action.setText(own[name].text.replace("&", "&&") if name in own else name)
                 describe(action)
         actions = self.context.actions
         self.menu.clear()

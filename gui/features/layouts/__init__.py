@@ -1,1 +1,0 @@
-"""Layouts of the window: switching, saving and resetting them."""
