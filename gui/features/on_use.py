@@ -52,7 +52,7 @@ class OnUseFeature(Feature):
 
     @command("export_all", "Export a&ll…", icon="ph.export", keys="Ctrl+Alt+E", needs=Need.FRAME)
     def _ask_export_all(self) -> None:
-        """Write the results of all frames of the list, of those worked on, or of those marked as done."""
+        """Write the results of all frames of the list, or choose those worked on or marked as done."""
         self._export().ask("all")
 
     @command("play_recording", "&Recording…")

@@ -148,6 +148,12 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.visible
 
 
+def test_export_all_proposes_all_frames_also_if_some_are_marked_as_done(listed):
+    listed.workspace.set_done(listed.workspace.entries[1], True)
+    listed.actions_["export_all"].trigger()
+    assert listed.feature(ExportFeature).scope.currentText() == "All frames of the list: 3"
+
+
 def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed, qtbot, tmp_path, monkeypatch):
     window, feature, turned = listed, listed.feature(ExportFeature), threading.Event()
 

@@ -221,16 +221,13 @@ class ExportFeature(Panel):
     # what is offered
 
     def ask(self, scope: str = THIS, from_files: bool = False, only_report: bool = False) -> None:
-        """Open the dialog for some frames, or to show the export in progress; for `ALL` and window results, for those
-        that are done or worked on, if any."""
+        """Open the dialog for some frames, or to show the export in progress."""
         self.widget.show()
         self.widget.raise_()
         self.widget.activateWindow()
         if self.busy:
             return
         self.refresh(self.parts)
-        if scope == ALL and not from_files:
-            scope = next(name for name in (DONE, WORKED_ON, ALL) if self._entries(name))
         self.prepare(scope, from_files, only_report)
 
     def prepare(self, scope: str, from_files: bool, only_report: bool) -> None:
