@@ -6,10 +6,9 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Blocks
+from ilf.errors import IlfError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
@@ -32,7 +32,6 @@ from ..base.commands import Command, command, plain
 from ..base.needs import Need
 from ..project.loading import state_reader
 from ..project.store import WorkStore
-from ..state.document import Document
 from ..state.entries import Entry
 from ..widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ..widgets.notices import error_text
@@ -110,57 +109,42 @@ class PropagateDialog(QDialog):
 # One propagation.
 
 
-class PropagatedFrame(NamedTuple):
-    """What is told of a frame that has received blocks; its arrays are not kept, since frames may be many.
-
-    Attributes
-    ----------
-    name, how : str
-        Of the frame, and of the method used.
-    to_check, new, gone : int
-        Numbers of blocks.
-    notes : tuple of str
-    """
-
-    name: str
-    how: str
-    to_check: int
-    new: int
-    gone: int
-    notes: tuple[str, ...]
-
-
 @dataclass(eq=False)
 class PropagationRun:
-    """A propagation of blocks through frames of the list.
+    """A propagation of blocks through frames of the list. Frames may be many: their arrays are not kept.
 
     Attributes
     ----------
-    source : Entry
-        The frame with the original blocks.
+    source : str
+        Name of the frame with the original blocks.
     how : str
         "auto", "copied" or "flow".
     replaces : bool
         Whether blocks of frames that have been worked on are replaced; otherwise these frames keep their blocks, which
         are propagated further.
     shows : bool
-        Whether each frame is shown as soon as it is read.
+        Whether each frame is shown with its blocks.
     waiting : deque of Entry
         Frames that follow; the source is the first.
     total : int
         Number of frames after the source.
     present : Entry
-        The target frame; the source while that is read.
+        The frame that is read, and propagated to.
     before : FrameState or None
         State of the frame whose blocks are propagated next; None before the source was read.
-    done : list of PropagatedFrame
-    kept : list of str
-        Names of frames that have kept their blocks.
-    problems : list of str
-        A sentence for each frame that could not be read or propagated to.
+    done, kept : list of str
+        Names of the frames that have received blocks, and of those that have kept theirs.
+    ways : list of str
+        The method used for each of the former.
+    to_check, new, gone : int
+        Numbers of blocks.
+    failed : int
+        Number of frames that could not be read or propagated to.
+    notes : list of str
+        Sentences on single frames.
     """
 
-    source: Entry
+    source: str
     how: str
     replaces: bool
     shows: bool
@@ -168,30 +152,26 @@ class PropagationRun:
     total: int
     present: Entry
     before: FrameState | None = None
-    done: list[PropagatedFrame] = field(default_factory=list)
+    done: list[str] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
+    ways: list[str] = field(default_factory=list)
+    to_check: int = 0
+    new: int = 0
+    gone: int = 0
+    failed: int = 0
+    notes: list[str] = field(default_factory=list)
     stopped: bool = False
 
     @property
     def processed(self) -> int:
         """Number of processed frames."""
-        return len(self.done) + len(self.kept) + len(self.problems)
-
-    @property
-    def to_check(self) -> int:
-        """Number of blocks that need a check."""
-        return sum(frame.to_check for frame in self.done)
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes on single frames, a sentence each."""
-        return [*self.problems, *(f"{frame.name}: {note}" for frame in self.done for note in frame.notes)]
+        return len(self.done) + len(self.kept) + self.failed
 
     def keeps(self, entry: Entry) -> bool:
-        """Whether a frame keeps its blocks."""
+        """Whether a frame keeps its blocks, as the source does."""
         summary = entry.summary
-        return not self.replaces and summary.blocks > 0 and summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
+        worked_on = summary.blocks > 0 and summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
+        return self.before is None or (worked_on and not self.replaces)
 
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
@@ -202,11 +182,9 @@ def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = []
     if run.done:
-        ways = [frame.how for frame in run.done]
-        how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-        texts.append(f"Blocks of {run.source.name} propagated to {_named([frame.name for frame in run.done])}: {how}.")
-        counts = {"new": sum(frame.new for frame in run.done), "gone": sum(frame.gone for frame in run.done)}
-        parts = [f"{count} {what}" for what, count in counts.items() if count]
+        how = " and ".join(f"{run.ways.count(way)} {_DONE[way]}" for way in _DONE if way in run.ways)
+        texts.append(f"Blocks of {run.source} propagated to {_named(run.done)}: {how}.")
+        parts = [f"{count} {what}" for what, count in (("new", run.new), ("gone", run.gone)) if count]
         texts.append(", ".join([f"{counted(run.to_check, 'block')} to check", *parts]) + ".")
     if run.kept:
         texts.append(f"{_named(run.kept)} had been edited or run: their blocks were kept and propagated further.")
@@ -226,6 +204,17 @@ def _read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
     return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
 
 
+def _read_and_propagate(
+    read: Callable[[], Decoded], before: FrameState | None, how: str
+) -> tuple[Decoded, Propagated | IlfError | None]:
+    """Read a frame and propagate the blocks of another to it, if there is one; called in a worker thread."""
+    found = read()
+    try:
+        return found, None if before is None else propagate_state(before, found.state, how)
+    except IlfError as error:
+        return found, error
+
+
 _MIN_TEXT_WIDTH = 120
 _HOW_KEY = "carrying/how"
 
@@ -234,17 +223,7 @@ class PropagationFeature(Feature):
     """Propagates the current frame's blocks to other frames, and those of the previous frame to the current one.
 
     One propagation runs at a time: each frame is opened and gets the blocks of the previous one as an undoable step.
-
-    Signals
-    -------
-    changed()
-        A propagation has started, has reached another frame, or has ended.
-    ended(object)
-        The `PropagationRun` that has ended.
     """
-
-    changed = Signal()
-    ended = Signal(object)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -361,11 +340,11 @@ class PropagationFeature(Feature):
         """Propagate the blocks of the first frame through the others; do nothing if a propagation is in progress."""
         if self.run is None and len(frames) > 1:
             source, waiting = frames[0], deque(frames)
-            self.run = PropagationRun(source, self.how, replaces, shows, waiting, len(frames) - 1, source)
+            self.run = PropagationRun(source.name, self.how, replaces, shows, waiting, len(frames) - 1, source)
             self._next(self.run)
 
     def _next(self, run: PropagationRun) -> None:
-        """Read the next frame that is still listed."""
+        """Read the next frame that is still listed, which must stay open meanwhile, and propagate blocks to it."""
         while run.waiting and run.waiting[0] not in self.context.workspace.entries:
             run.waiting.popleft()
             run.total -= 1
@@ -375,68 +354,63 @@ class PropagationFeature(Feature):
         entry = run.present = run.waiting.popleft()
         store = self.context.loader.store
         read = state_reader(entry, store) or partial(_read_without_blocks, entry, store)
-        self._ask(run, read, partial(self._take_read, run), None)
+        before = None if run.keeps(entry) else run.before
+        self.requests.ask(
+            partial(_read_and_propagate, read, before, run.how),
+            lambda found: self._take(run, *found),
+            partial(self._take_error, run),
+            what=f"propagation of blocks to {entry.name}" if before is not None else "",
+            about=entry.document,
+        )
         self._show()
 
-    def _ask(
-        self, run: PropagationRun, find: Callable[[], Any], take: Callable[[Any], None], read: Decoded | None
-    ) -> None:
-        """Ask for what the propagation to the present frame needs, which must stay open meanwhile."""
-        present = run.present
-        what = "" if present is run.source else f"propagation of blocks to {present.name}"
-        fail = partial(self._take_error, run, read)
-        self.requests.ask(find, take, fail, what=what, about=present.document)
-
-    def _take_read(self, run: PropagationRun, read: Decoded) -> None:
-        """Propagate the blocks of the frame before to one that has been read, and show it meanwhile."""
-        entry, before, workspace = run.present, run.before, self.context.workspace
-        if run.shows and entry is not run.source and entry in workspace.entries:
-            workspace.show(self._open(entry, read))
-        if before is None or (entry is not run.source and run.keeps(entry)):
-            self._take(run, read, read.state)
-        else:
-            found = partial(propagate_state, before, read.state, run.how)
-            self._ask(run, found, partial(self._take, run, read), read)
-
-    def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | FrameState) -> None:
+    def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | IlfError | None) -> None:
         entry, workspace = run.present, self.context.workspace
         if entry not in workspace.entries:  # it has been removed from the list meanwhile
             run.total -= 1
-            if entry is run.source:
+            if run.before is None:
                 run.waiting.clear()
         elif isinstance(outcome, Propagated):
-            document, source = self._open(entry, read), outcome.state.blocks.propagated_from
-            workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
-            found, to_check = outcome.followed, len(outcome.state.to_check)
-            done = PropagatedFrame(document.name, found.how, to_check, len(found.new), len(found.gone), found.notes)
-            run.done.append(done)
-            run.before = outcome.state
-        elif outcome.blocks.labels.any():
-            if entry is not run.source:
-                run.kept.append(entry.name)
-            run.before = outcome
+            self._take_propagated(run, read, outcome)
+        elif isinstance(outcome, IlfError):
+            self._note_failed(run, f"{entry.name}: {error_text(outcome)}")
+        elif read.state.blocks.labels.any():
+            run.kept += [entry.name] * (run.before is not None)
+            run.before = read.state
         else:
-            run.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
-            run.waiting.clear()
+            self._note_failed(run, f"{entry.name} has no blocks to propagate: extract or draw some first.")
         self._next(run)
 
-    def _open(self, entry: Entry, found: Decoded) -> Document:
-        """Return the document of a frame, which is opened if necessary."""
-        return entry.document or self.context.loader.open_state(entry, found, show=False)
+    def _take_propagated(self, run: PropagationRun, read: Decoded, outcome: Propagated) -> None:
+        entry, workspace, found = run.present, self.context.workspace, outcome.followed
+        document = entry.document or self.context.loader.open_state(entry, read, show=False)
+        source = outcome.state.blocks.propagated_from
+        workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
+        if run.shows:
+            workspace.show(document)
+        run.done.append(document.name)
+        run.ways.append(found.how)
+        run.to_check += len(outcome.state.to_check)
+        run.new += len(found.new)
+        run.gone += len(found.gone)
+        run.notes += [f"{document.name}: {note}" for note in found.notes]
+        run.before = outcome.state
 
-    def _take_error(self, run: PropagationRun, read: Decoded | None, error: Exception) -> None:
-        run.problems.append(f"{run.present.name}: {error_text(error)}")
-        if read is None:
-            self.context.workspace.note_problem(run.present, error_text(error))
+    def _take_error(self, run: PropagationRun, error: Exception) -> None:
+        self.context.workspace.note_problem(run.present, error_text(error))
+        self._note_failed(run, f"{run.present.name}: {error_text(error)}")
+        self._next(run)
+
+    def _note_failed(self, run: PropagationRun, note: str) -> None:
+        run.failed += 1
+        run.notes.append(note)
         if run.before is None:
             run.waiting.clear()
-        self._next(run)
 
     def _end(self, run: PropagationRun) -> None:
         """Say what has been done."""
         self.run = None
         self._show()
-        self.ended.emit(run)
         notes, workspace, text = self.context.notes, self.context.workspace, summary(run)
         if text:
             notes.show_message(text)
@@ -457,4 +431,3 @@ class PropagationFeature(Feature):
             self.label.setText(f"Propagating blocks to {run.present.name} ({done + 1} of {run.total})")
             self.work.show_share(done / run.total)
         self.context.actions.refresh()
-        self.changed.emit()
