@@ -66,8 +66,6 @@ class InspectPanel(Panel):
     what = "computation of statistics"
 
     def __init__(self, context: Context) -> None:
-        self._page = -1
-        """The page that was drawn last."""
         self._pixel: tuple[int, int] | None = None
         """The pixel under the mouse in a view."""
         self._place: Point | None = None
@@ -134,12 +132,11 @@ class InspectPanel(Panel):
         if parts & Part.FRAME:
             self.requests.forget()
             self.statistics.set_rows([])
-        turned, self._page = self._page != self.pages.currentIndex(), self.pages.currentIndex()
-        if self._page == PROFILE:
+        if self.pages.currentIndex() == PROFILE:
             self._plot(document)
-        elif self._page == MEASUREMENTS:
+        elif self.pages.currentIndex() == MEASUREMENTS:
             self._list_measurements(document)
-        elif turned or not parts or parts & _OF_STATISTICS:
+        elif not parts or parts & _OF_STATISTICS:
             self._ask_statistics(document)
 
     def reveal_page(self, number: int) -> None:
