@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSettings, Qt
@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Blocks
-from ilf.errors import IlfError
+from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
@@ -109,69 +109,47 @@ class PropagateDialog(QDialog):
 # One propagation.
 
 
+Steps = Generator[Callable[[], Any], Any, None]
+"""Yields what a worker is to find, and is sent it."""
+
+
 @dataclass(eq=False)
 class PropagationRun:
-    """A propagation of blocks through frames of the list. Frames may be many: their arrays are not kept.
+    """What has come of a propagation through frames. They may be many: their arrays are not kept.
 
     Attributes
     ----------
     source : str
         Name of the frame with the original blocks.
-    how : str
-        "auto", "copied" or "flow".
-    replaces : bool
-        Whether blocks of frames that have been worked on are replaced; otherwise these frames keep their blocks, which
-        are propagated further.
-    shows : bool
-        Whether each frame is shown with its blocks.
-    waiting : deque of Entry
-        Frames that follow; the source is the first.
     total : int
         Number of frames after the source.
     present : Entry
         The frame that is read, and propagated to.
-    before : FrameState or None
-        State of the frame whose blocks are propagated next; None before the source was read.
     done, kept : list of str
-        Names of the frames that have received blocks, and of those that have kept theirs.
+        Names of the frames that have received blocks, and of those that have been worked on and kept theirs.
     ways : list of str
         The method used for each of the former.
-    to_check, new, gone : int
-        Numbers of blocks.
-    failed : int
-        Number of frames that could not be read or propagated to.
+    to_check : int
+        Number of blocks that need a check.
     notes : list of str
         Sentences on single frames.
+    stopped : bool
     """
 
     source: str
-    how: str
-    replaces: bool
-    shows: bool
-    waiting: deque[Entry]
     total: int
     present: Entry
-    before: FrameState | None = None
     done: list[str] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
     ways: list[str] = field(default_factory=list)
     to_check: int = 0
-    new: int = 0
-    gone: int = 0
-    failed: int = 0
     notes: list[str] = field(default_factory=list)
     stopped: bool = False
 
-    @property
-    def processed(self) -> int:
-        """Number of processed frames."""
-        return len(self.done) + len(self.kept) + self.failed
 
-    def keeps(self, entry: Entry) -> bool:
-        """Whether a frame keeps its blocks, as the source does."""
-        summary = entry.summary
-        worked_on = summary.blocks > 0 and summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
-        return self.before is None or (worked_on and not self.replaces)
+def _is_worked_on(entry: Entry) -> bool:
+    """Whether a frame has blocks that were edited or run."""
+    return entry.summary.blocks > 0 and entry.summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
 
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
@@ -184,12 +162,11 @@ def summary(run: PropagationRun) -> str:
     if run.done:
         how = " and ".join(f"{run.ways.count(way)} {_DONE[way]}" for way in _DONE if way in run.ways)
         texts.append(f"Blocks of {run.source} propagated to {_named(run.done)}: {how}.")
-        parts = [f"{count} {what}" for what, count in (("new", run.new), ("gone", run.gone)) if count]
-        texts.append(", ".join([f"{counted(run.to_check, 'block')} to check", *parts]) + ".")
+        texts.append(f"{counted(run.to_check, 'block')} to check.")
     if run.kept:
         texts.append(f"{_named(run.kept)} had been edited or run: their blocks were kept and propagated further.")
     if run.stopped:
-        texts.append(f"Stopped after {run.processed} of {counted(run.total, 'frame')}.")
+        texts.append(f"Stopped after {len(run.done + run.kept)} of {counted(run.total, 'frame')}.")
     return " ".join(texts)
 
 
@@ -202,17 +179,6 @@ def _read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
     """Read the files of a frame of the list that has no state, in any thread."""
     frame = measured_frame(entry.source or FrameRef(entry.key), store.places)
     return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
-
-
-def _read_and_propagate(
-    read: Callable[[], Decoded], before: FrameState | None, how: str
-) -> tuple[Decoded, Propagated | IlfError | None]:
-    """Read a frame and propagate the blocks of another to it, if there is one; called in a worker thread."""
-    found = read()
-    try:
-        return found, None if before is None else propagate_state(before, found.state, how)
-    except IlfError as error:
-        return found, error
 
 
 _MIN_TEXT_WIDTH = 120
@@ -337,80 +303,74 @@ class PropagationFeature(Feature):
     # from frame to frame
 
     def _start(self, frames: Sequence[Entry], replaces: bool, shows: bool = False) -> None:
-        """Propagate the blocks of the first frame through the others; do nothing if a propagation is in progress."""
+        """Propagate the blocks of the first frame through the others, and show each if `shows`; do nothing if a
+        propagation is in progress."""
         if self.run is None and len(frames) > 1:
-            source, waiting = frames[0], deque(frames)
-            self.run = PropagationRun(source.name, self.how, replaces, shows, waiting, len(frames) - 1, source)
-            self._next(self.run)
+            run = self.run = PropagationRun(frames[0].name, len(frames) - 1, frames[0])
+            steps = self._through(run, frames, replaces, shows)
+            self._go_on(run, steps, partial(next, steps))
 
-    def _next(self, run: PropagationRun) -> None:
-        """Read the next frame that is still listed, which must stay open meanwhile, and propagate blocks to it."""
-        while run.waiting and run.waiting[0] not in self.context.workspace.entries:
-            run.waiting.popleft()
-            run.total -= 1
-        if not run.waiting:
+    def _go_on(self, run: PropagationRun, steps: Steps, resume: Callable[..., Callable[[], Any]], *given: Any) -> None:
+        """Go on until a worker is to find something. The frame that it is for must stay open meanwhile."""
+        try:
+            find = resume(*given)
+        except StopIteration:
             self._end(run)
             return
-        entry = run.present = run.waiting.popleft()
-        store = self.context.loader.store
-        read = state_reader(entry, store) or partial(_read_without_blocks, entry, store)
-        before = None if run.keeps(entry) else run.before
-        self.requests.ask(
-            partial(_read_and_propagate, read, before, run.how),
-            lambda found: self._take(run, *found),
-            partial(self._take_error, run),
-            what=f"propagation of blocks to {entry.name}" if before is not None else "",
-            about=entry.document,
-        )
-        self._show()
+        again = partial(self._go_on, run, steps)
+        what, about = f"propagation of blocks to {run.present.name}", run.present.document
+        self.requests.ask(find, partial(again, steps.send), partial(again, steps.throw), what=what, about=about)
 
-    def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | IlfError | None) -> None:
-        entry, workspace = run.present, self.context.workspace
-        if entry not in workspace.entries:  # it has been removed from the list meanwhile
-            run.total -= 1
-            if run.before is None:
-                run.waiting.clear()
-        elif isinstance(outcome, Propagated):
-            self._take_propagated(run, read, outcome)
-        elif isinstance(outcome, IlfError):
-            self._note_failed(run, f"{entry.name}: {error_text(outcome)}")
-        elif read.state.blocks.labels.any():
-            run.kept += [entry.name] * (run.before is not None)
-            run.before = read.state
-        else:
-            self._note_failed(run, f"{entry.name} has no blocks to propagate: extract or draw some first.")
-        self._next(run)
+    def _through(self, run: PropagationRun, frames: Sequence[Entry], replaces: bool, shows: bool) -> Steps:
+        """Go from frame to frame; an error costs its frame alone, unless it is the first."""
+        before: FrameState | None = None
+        for number, entry in enumerate(frames):
+            if entry not in self.context.workspace.entries:  # it has been removed from the list meanwhile
+                run.total -= 1
+                continue
+            run.present = entry
+            self._show(run, number)
+            keeps = before is None or (_is_worked_on(entry) and not replaces)
+            try:
+                before = yield from self._to(run, entry, None if keeps else before, shows)
+            except Exception as error:
+                run.notes.append(f"{entry.name}: {error_text(error)}")
+            if before is None:
+                return
 
-    def _take_propagated(self, run: PropagationRun, read: Decoded, outcome: Propagated) -> None:
-        entry, workspace, found = run.present, self.context.workspace, outcome.followed
+    def _to(
+        self, run: PropagationRun, entry: Entry, before: FrameState | None, shows: bool
+    ) -> Generator[Callable[[], Any], Any, FrameState]:
+        """Read a frame and propagate the blocks of the one before to it, unless it keeps its own; return its state."""
+        workspace, store = self.context.workspace, self.context.loader.store
+        try:
+            read: Decoded = yield state_reader(entry, store) or partial(_read_without_blocks, entry, store)
+        except Exception as error:
+            workspace.note_problem(entry, error_text(error))
+            raise
+        if before is None:
+            if not read.state.blocks.labels.any():
+                raise InputError("It has no blocks to propagate. Extract or draw some first.")
+            run.kept += [entry.name] * (entry.name != run.source)
+            return read.state
+        found: Propagated = yield partial(propagate_state, before, read.state, self.how)
+        if entry not in workspace.entries:
+            return before
         document = entry.document or self.context.loader.open_state(entry, read, show=False)
-        source = outcome.state.blocks.propagated_from
-        workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
-        if run.shows:
+        workspace.take_propagated(document, found.state, f"Propagate blocks from {found.state.blocks.propagated_from}")
+        if shows:
             workspace.show(document)
         run.done.append(document.name)
-        run.ways.append(found.how)
-        run.to_check += len(outcome.state.to_check)
-        run.new += len(found.new)
-        run.gone += len(found.gone)
-        run.notes += [f"{document.name}: {note}" for note in found.notes]
-        run.before = outcome.state
-
-    def _take_error(self, run: PropagationRun, error: Exception) -> None:
-        self.context.workspace.note_problem(run.present, error_text(error))
-        self._note_failed(run, f"{run.present.name}: {error_text(error)}")
-        self._next(run)
-
-    def _note_failed(self, run: PropagationRun, note: str) -> None:
-        run.failed += 1
-        run.notes.append(note)
-        if run.before is None:
-            run.waiting.clear()
+        run.ways.append(found.followed.how)
+        run.to_check += len(found.state.to_check)
+        run.notes += [f"{document.name}: {note}" for note in found.followed.notes]
+        return found.state
 
     def _end(self, run: PropagationRun) -> None:
         """Say what has been done."""
         self.run = None
-        self._show()
+        self.strip.hide()
+        self.context.actions.refresh()
         notes, workspace, text = self.context.notes, self.context.workspace, summary(run)
         if text:
             notes.show_message(text)
@@ -418,16 +378,11 @@ class PropagationFeature(Feature):
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", run.notes)
 
-    def _show(self) -> None:
-        """Show how far it is."""
-        run = self.run
-        if run is None:
-            self.strip.hide()
-        elif run.total > 0:
-            if self.strip.isHidden():
-                self.work.begin()
-                self.strip.show()
-            done = min(run.processed, run.total - 1)
-            self.label.setText(f"Propagating blocks to {run.present.name} ({done + 1} of {run.total})")
-            self.work.show_share(done / run.total)
+    def _show(self, run: PropagationRun, number: int) -> None:
+        """Show how far it is: at which frame, the source of which is 0."""
+        if self.strip.isHidden():
+            self.work.begin()
+            self.strip.show()
+        self.label.setText(f"Propagating blocks to {run.present.name} ({max(number, 1)} of {run.total})")
+        self.work.show_share(max(number - 1, 0) / run.total)
         self.context.actions.refresh()

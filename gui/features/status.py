@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWi
 from ilf._runtime.formatting import length_text
 from ilf.data.frame import RGBDFrame
 
-from ..state.document import Document
 from ..state.parts import Part
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
@@ -101,8 +100,6 @@ class StatusFeature(Feature):
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing, self._exporting = "", ""
-        self._paced: list[Document] = []
-        """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
         self._data = context.views.data
@@ -162,7 +159,6 @@ class StatusFeature(Feature):
             text = self._exporting or ("Estimating the error" if self._error.busy else "")
         if not text:
             self._pace.forget()
-            self._paced = []
         self.bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
@@ -172,9 +168,6 @@ class StatusFeature(Feature):
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
-        if going != self._paced:
-            self._paced = going
-            self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
             return runs.of(going[0]).stage, share if 0 < share < 1 else None

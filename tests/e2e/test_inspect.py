@@ -5,7 +5,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
 
-from gui.features.inspect.marks import Stroke, Text
+from gui.features.inspect.marks import MarkedLine, Text
 from gui.features.inspect.panel import STATISTICS, InspectPanel
 from gui.features.inspect.statistics import statistics_of
 from ilf.evaluation.measuring import measure
@@ -15,7 +15,7 @@ from .conftest import open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
-def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
+def shown(window, kind: type[MarkedLine] | type[Text] = Text) -> list[MarkedLine | Text]:
     """The marks of a kind over the views."""
     window.refresh.now()
     return [one for one in part_of(window)._marks[0].marks if isinstance(one, kind)]
@@ -67,7 +67,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert part.profile.sample is None
     part.profile.plot.hovered.emit(10.0)
     window.refresh.now()
-    assert shown(window, Stroke)[1].points == ((data.profile.columns[10] + 0.5, 16.5),)
+    assert shown(window, MarkedLine)[1].points == ((data.profile.columns[10] + 0.5, 16.5),)
 
     path = tmp_path / "profile"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), "Table (*.csv)"))
@@ -84,10 +84,10 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert part.profile.data is None
     window.workspace.show(window.workspace.open[0])
     window.refresh.now()
-    assert shown(window, Stroke)[0].points == line
+    assert shown(window, MarkedLine)[0].points == line
     key(window, Qt.Key.Key_Escape)
     window.refresh.now()
-    assert shown(window, Stroke) == []
+    assert shown(window, MarkedLine) == []
     assert part.profile.data is None
 
 

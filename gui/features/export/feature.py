@@ -408,10 +408,7 @@ class ExportFeature(Panel):
         return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
 
     def start(self, export: Export) -> None:
-        """Export in the background; only said if an export is in progress."""
-        if self.busy:
-            self.context.notes.show_message("An export is in progress. Wait until it has ended.")
-            return
+        """Export in the background; none may be in progress."""
         entries = self._entries(export.scope)
         self._export, self._done, self._ids = export, [], {}
         parts: list[Iterator[Step]] = []

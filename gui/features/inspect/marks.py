@@ -25,7 +25,7 @@ _BESIDE = 14.0
 
 
 @dataclass(frozen=True)
-class Stroke:
+class MarkedLine:
     """A line with marked points, in image coordinates; a single point is only marked."""
 
     points: tuple[Point, ...]
@@ -44,7 +44,7 @@ class Text:
     away_from: Point | None = None
 
 
-Marks = tuple[Stroke | Text, ...]
+Marks = tuple[MarkedLine | Text, ...]
 
 
 def profile_marks(line: Line | None, place: Point | None) -> Marks:
@@ -53,7 +53,7 @@ def profile_marks(line: Line | None, place: Point | None) -> Marks:
         return ()
     start, end = line
     ends = Text(start, "A", away_from=end), Text(end, "B", away_from=start)
-    return Stroke(line, _LINE, square=True), *([Stroke((place,), _LINE)] if place is not None else []), *ends
+    return MarkedLine(line, _LINE, square=True), *([MarkedLine((place,), _LINE)] if place is not None else []), *ends
 
 
 def region_marks(region: Box | None) -> Marks:
@@ -62,13 +62,13 @@ def region_marks(region: Box | None) -> Marks:
         return ()
     (top, bottom), (left, right) = ((side.start, side.stop) for side in region)
     corners = (left, top), (right, top), (right, bottom), (left, bottom), (left, top)
-    return (Stroke(corners, _REGION, Qt.PenStyle.DashLine, square=True),)
+    return (MarkedLine(corners, _REGION, Qt.PenStyle.DashLine, square=True),)
 
 
 def measurement_marks(line: Line, text: str) -> Marks:
     """Marks of a measurement, with its length at the middle."""
     (x0, y0), (x1, y1) = line
-    return Stroke(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
+    return MarkedLine(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
 
 
 class MarksItem(Drawing):
@@ -86,7 +86,7 @@ class MarksItem(Drawing):
         if marks == self.marks:
             return
         self.marks = marks
-        points = [QPointF(*point) for one in marks if isinstance(one, Stroke) for point in one.points]
+        points = [QPointF(*point) for one in marks if isinstance(one, MarkedLine) for point in one.points]
         metrics, texts = QFontMetricsF(self._font), [one for one in marks if isinstance(one, Text)]
         widest = max((metrics.horizontalAdvance(one.text) for one in texts), default=0.0)
         reach = _BESIDE + max(widest, metrics.height()) / 2 + 2 * _PAD
@@ -98,7 +98,7 @@ class MarksItem(Drawing):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(self._font)
         for one in self.marks:
-            if isinstance(one, Stroke):
+            if isinstance(one, MarkedLine):
                 _draw(painter, one, [to_screen.map(QPointF(*point)) for point in one.points])
                 continue
             place = to_screen.map(QPointF(*one.place))
@@ -108,7 +108,7 @@ class MarksItem(Drawing):
             write_on_plate(painter, place, one.text, metrics)
 
 
-def _draw(painter: QPainter, stroke: Stroke, points: list[QPointF]) -> None:
+def _draw(painter: QPainter, stroke: MarkedLine, points: list[QPointF]) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for pen in (QPen(_HALO, _WIDTH + 2), QPen(stroke.colour, _WIDTH, stroke.style)):
         painter.setPen(pen)

@@ -76,7 +76,7 @@ class InspectPanel(Panel):
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
         shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+        context.refresh.add("inspect marks", self._show_marks, shown, _DEPTH, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
         context = self.context
@@ -93,7 +93,6 @@ class InspectPanel(Panel):
         context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
         context.views.cursorMoved.connect(self._hover)
         context.refresh.add("profile place", self._follow, NO_PART)
-        context.refresh.add("measured marks", self._show_marks, NO_PART, _DEPTH)
         return self.pages
 
     def _buttons(self, *commands: str) -> list[QToolButton]:
