@@ -119,8 +119,8 @@ class PropagationRun:
 
     Attributes
     ----------
-    source : str
-        Name of the frame with the original blocks.
+    source, how : str
+        Name of the frame with the original blocks; "auto", "copied" or "flow".
     total : int
         Number of frames after the source.
     present : Entry
@@ -137,6 +137,7 @@ class PropagationRun:
     """
 
     source: str
+    how: str
     total: int
     present: Entry
     done: list[str] = field(default_factory=list)
@@ -306,7 +307,7 @@ class PropagationFeature(Feature):
         """Propagate the blocks of the first frame through the others, and show each if `shows`; do nothing if a
         propagation is in progress."""
         if self.run is None and len(frames) > 1:
-            run = self.run = PropagationRun(frames[0].name, len(frames) - 1, frames[0])
+            run = self.run = PropagationRun(frames[0].name, self.how, len(frames) - 1, frames[0])
             steps = self._through(run, frames, replaces, shows)
             self._go_on(run, steps, partial(next, steps))
 
@@ -333,6 +334,7 @@ class PropagationFeature(Feature):
             keeps = before is None or (_is_worked_on(entry) and not replaces)
             try:
                 before = yield from self._to(run, entry, None if keeps else before, shows)
+                run.kept += [entry.name] * (keeps and number > 0)
             except Exception as error:
                 run.notes.append(f"{entry.name}: {error_text(error)}")
             if before is None:
@@ -351,9 +353,8 @@ class PropagationFeature(Feature):
         if before is None:
             if not read.state.blocks.labels.any():
                 raise InputError("It has no blocks to propagate. Extract or draw some first.")
-            run.kept += [entry.name] * (entry.name != run.source)
             return read.state
-        found: Propagated = yield partial(propagate_state, before, read.state, self.how)
+        found: Propagated = yield partial(propagate_state, before, read.state, run.how)
         if entry not in workspace.entries:
             return before
         document = entry.document or self.context.loader.open_state(entry, read, show=False)
@@ -383,6 +384,8 @@ class PropagationFeature(Feature):
         if self.strip.isHidden():
             self.work.begin()
             self.strip.show()
-        self.label.setText(f"Propagating blocks to {run.present.name} ({max(number, 1)} of {run.total})")
+        self.label.setText(
+            f"Propagating blocks to {run.present.name} ({min(max(number, 1), run.total)} of {run.total})"
+        )
         self.work.show_share(max(number - 1, 0) / run.total)
         self.context.actions.refresh()
