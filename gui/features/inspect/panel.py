@@ -35,7 +35,7 @@ from ...widgets.row_table import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
-from .marks import MarksItem, measurement_marks, profile_marks, region_marks
+from .marks import Marks
 from .profile import ProfilePage, profile_data
 from .statistics import COLUMNS, Mask, metres, statistics_of
 
@@ -71,7 +71,7 @@ class InspectPanel(Panel):
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
-        self._marks = [MarksItem(cell.view) for cell in context.views.cells.values()]
+        self._marks = [Marks(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
@@ -177,13 +177,9 @@ class InspectPanel(Panel):
         lines, texts = [line for line, _ in measured], [_distance(found) for _, found in measured]
         if len(lines) > 1:
             texts = [f"{number}: {text}" for number, text in enumerate(texts, 1)]
-        marks = [*region_marks(looked.region)]
-        if self.visible or tool == "profile":
-            marks += profile_marks(looked.line, self._place)
-        for line, text in zip(lines, texts, strict=True):
-            marks += measurement_marks(line, text)
-        for item in self._marks:
-            item.show_marks(tuple(marks))
+        line = looked.line if self.visible or tool == "profile" else None
+        for marks in self._marks:
+            marks.show(line, self._place, looked.region, lines, texts)
         self.context.cloud.canvas.set_lines(lines, texts)
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
