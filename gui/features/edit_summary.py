@@ -44,9 +44,7 @@ class EditSummaryLine(Themed, QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.label = QLabel()
-        self.label.setTextFormat(Qt.TextFormat.RichText)
-        self.label.setWordWrap(True)
+        self.label = QLabel(textFormat=Qt.TextFormat.RichText, wordWrap=True)
         self.label.setMinimumSize(1, self.label.fontMetrics().height())
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.label.setToolTip(

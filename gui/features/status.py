@@ -47,12 +47,11 @@ class StatusBar(QStatusBar):
         self.hint = ElidedLabel()
         self.hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.readout = QLabel()
-        self.progress = _Progress()
+        self.progress = _Progress(textVisible=True)
         # its text must not limit the width of the window
         self.readout.setMinimumWidth(1)
         self.progress.setFixedWidth(self.fontMetrics().horizontalAdvance(_LONGEST))
         self.progress.setAccessibleName("Progress")
-        self.progress.setTextVisible(True)
         self.progress.hide()
         self.progress.setMaximumHeight(self.fontMetrics().height())
         self.setFixedHeight(self.fontMetrics().height() + _ROOM)

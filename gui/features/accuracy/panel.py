@@ -88,8 +88,7 @@ class AccuracyPanel(Panel):
 
     def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
+        self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
         self.context.actions["sweep"].setIconText("Sweep…")

@@ -23,7 +23,7 @@ from ilf._runtime.writing import write_bytes
 from ilf.evaluation.measuring import NEEDS_INTRINSICS, Line, Measured, measure, measurements_csv
 from ilf.project.frame_state import InspectionState, Point
 
-from ...base.commands import command, keys_text
+from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
@@ -47,9 +47,9 @@ _DEPTH = Part.DEPTH | Part.SOME_RESULTS | Part.PREVIEWS
 _OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.REGION
 """Those that the statistics depend on; not previews, to leave the processor to the run."""
 
-_NO_LINE = "Draw a profile line{} in a view to see the depth along it."
-_NO_SUBJECT = "Select a block, or draw a rectangle{}."
-_NO_MEASUREMENTS = "Select the tool Measure{} and click two points."
+_NO_LINE = "Draw a profile line in a view to see the depth along it."
+_NO_SUBJECT = "Select a block, or draw a rectangle."
+_NO_MEASUREMENTS = "Select the tool Measure and click two points."
 _MEASURED = (
     ("Distance", "Straight-line distance of the end points"),
     ("Height", "Height of the second point above the first, along the image's vertical"),
@@ -80,8 +80,7 @@ class InspectPanel(Panel):
 
     def make(self) -> QWidget:
         context = self.context
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
+        self.pages = QTabWidget(documentMode=True)
         self.pages.setAccessibleName("Inspection")
         self.profile = ProfilePage(self._buttons("tool_profile", "save_profile", "save_profile_picture"))
         self.profile.pointed.connect(self._point)
@@ -154,11 +153,6 @@ class InspectPanel(Panel):
         viewed_iteration = self.context.workspace.viewed_iteration
         return document.current_depth() if viewed_iteration is None else viewed_iteration.depth
 
-    def _with_key(self, text: str, tool: str) -> str:
-        """Return a text with the key of a tool, if it has one, in its gap."""
-        keys = keys_text(self.context.actions[f"tool_{tool}"].shortcuts())
-        return text.format(f" ({keys})" if keys else "")
-
     def _iteration_note(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
         viewed_iteration = self.context.workspace.viewed_iteration
@@ -194,7 +188,7 @@ class InspectPanel(Panel):
     def _plot(self, document: Document | None) -> None:
         line = self._looked.line
         if document is None or line is None:
-            self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
+            self.profile.show_hint(_NO_LINE)
         else:
             data = profile_data(document, line, self.context.workspace.viewed_iteration)
             self.profile.show_data(data)
@@ -263,7 +257,7 @@ class InspectPanel(Panel):
         self.subject_name.setToolTip(literal_text(name))
         if document is None or mask is None:
             self.requests.forget()
-            self.statistics.set_rows([], self._with_key(_NO_SUBJECT, "rectangle"))
+            self.statistics.set_rows([], _NO_SUBJECT)
             _tell(self.statistics_note, "")
             return
         depth = self._depth(document)
@@ -299,7 +293,7 @@ class InspectPanel(Panel):
         """Copy the statistics as a tab-separated table."""
         if not self.made or not self.statistics.numbers:
             self.reveal_page(STATISTICS)
-            self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
+            self.context.notes.show_message(f"There are no statistics. {_NO_SUBJECT}")
             return
         QApplication.clipboard().setText(self.statistics.text())
         self.context.notes.show_message("Statistics copied.")
@@ -323,7 +317,7 @@ class InspectPanel(Panel):
             height = f"{measured.height:+.3f} m" if math.isfinite(measured.height) else UNKNOWN
             hint = "An end point lies on filled depth, not measured depth" if filled else ""
             rows.append(Row(str(number), (_distance(measured), height), hint, is_italic=filled))
-        self.measurements.set_rows(rows, self._with_key(_NO_MEASUREMENTS, "measure"))
+        self.measurements.set_rows(rows, _NO_MEASUREMENTS)
         blind = document is not None and document.frame.intrinsics is None
         _tell(self.measurements_note, NEEDS_INTRINSICS if blind else self._iteration_note())
 
@@ -331,8 +325,7 @@ class InspectPanel(Panel):
         """Return the measurements as CSV; "" with a message if there are none."""
         measured = self._measured()
         if not measured:
-            what_to_do = self._with_key(_NO_MEASUREMENTS, "measure")
-            self.context.notes.show_message(f"There are no measurements. {what_to_do}")
+            self.context.notes.show_message(f"There are no measurements. {_NO_MEASUREMENTS}")
             return ""
         return measurements_csv([line for line, _ in measured], [found for _, found in measured])
 

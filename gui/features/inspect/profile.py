@@ -305,9 +305,8 @@ class ProfilePage(Themed, QWidget):
         self._x: NDArray[np.float64] = np.zeros(0)
         self.plot = ProfilePlot()
         self.plot.hovered.connect(self._hover)
-        self.legend = QLabel(wordWrap=True)
-        self.legend.setTextFormat(Qt.TextFormat.RichText)
-        self.legend.setAlignment(Qt.AlignmentFlag.AlignTop)
+        top, rich = Qt.AlignmentFlag.AlignTop, Qt.TextFormat.RichText
+        self.legend = QLabel(wordWrap=True, textFormat=rich, alignment=top)
         self.legend.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         hint = "Distance along the line: in pixels of the image, or in metres along the surface"
         self.axis = combo(["Pixels", "Metres"], hint, "Unit of the horizontal axis of the profile")
