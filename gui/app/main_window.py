@@ -13,7 +13,6 @@ from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRange
-from ..features.compare import CompareFeature
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
 from ..features.derived import DerivedFeature
@@ -71,7 +70,6 @@ _FURTHER: tuple[type[Feature], ...] = (
     BlockErrorsFeature,
     AdditionalDepthPanel,
     InspectPanel,
-    CompareFeature,
     DerivedFeature,
     ColourRange,
     StartPageFeature,

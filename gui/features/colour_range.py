@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QTimer, Signal
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
@@ -35,7 +35,7 @@ class Histogram(Themed, pg.PlotWidget):
     Signals
     -------
     levelsDragged(float, float)
-        The user has moved a level; emitted once per turn of the event loop.
+        The user has moved a level.
     """
 
     levelsDragged = Signal(float, float)
@@ -58,8 +58,6 @@ class Histogram(Themed, pg.PlotWidget):
         self.setMinimumHeight(90)
         self.setAccessibleName("Histogram of the shown values")
         self.setToolTip("Frequency of each value. Drag the lines to set the limits of the colour range")
-        self._drag_timer = QTimer(self, singleShot=True, interval=0)
-        self._drag_timer.timeout.connect(lambda: self.levelsDragged.emit(*self.levels))
         self._region.sigRegionChanged.connect(self._drag)
         self._region.sigRegionChangeFinished.connect(self._drag)
         self._take_theme()
@@ -78,7 +76,7 @@ class Histogram(Themed, pg.PlotWidget):
         self._logarithmic, self._symmetric = kind == "expected", kind == "signed"
         self.getAxis("bottom").setLogMode(self._logarithmic)
         self._region.setMovable(not locked)
-        if self._drag_timer.isActive() or any(line.moving for line in self._region.lines):
+        if any(line.moving for line in self._region.lines):
             return
         ends = self._on_axis(np.array(levels, float))
         known = np.zeros(0) if values is None else self._on_axis(values[np.isfinite(values)].astype(float))
@@ -118,7 +116,7 @@ class Histogram(Themed, pg.PlotWidget):
                 self._region.setRegion((-far, far))
         low, high = self._region.getRegion()
         if low < high:
-            self._drag_timer.start()
+            self.levelsDragged.emit(*self.levels)
 
 
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}

@@ -41,12 +41,12 @@ class OnUseFeature(Feature):
     @command("batch", "&Batch…", icon="ph.film-strip", needs=Need.LISTED)
     def _ask_batch(self) -> None:
         """Complete many frames of the list from their files, in the background, each into its own folder."""
-        self._export().ask("all", from_files=True)
+        self._export().ask(of_all=True, from_files=True)
 
     @command("export_all", "Export a&ll…", icon="ph.export", keys="Ctrl+Alt+E", needs=Need.FRAME)
     def _ask_export_all(self) -> None:
-        """Write the results of all frames of the list, of those worked on, or of those marked as done."""
-        self._export().ask("all")
+        """Write the results of all frames of the list, or choose those worked on or marked as done."""
+        self._export().ask(of_all=True)
 
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from ilf._runtime.formatting import counted
 from ilf.data.blocks import Blocks
+from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage
 from ilf.project.propagation import Propagated, propagate_state
@@ -32,7 +32,6 @@ from ..base.commands import Command, command, plain
 from ..base.needs import Need
 from ..project.loading import state_reader
 from ..project.store import WorkStore
-from ..state.document import Document
 from ..state.entries import Entry
 from ..widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ..widgets.notices import error_text
@@ -110,88 +109,48 @@ class PropagateDialog(QDialog):
 # One propagation.
 
 
-class PropagatedFrame(NamedTuple):
-    """What is told of a frame that has received blocks; its arrays are not kept, since frames may be many.
-
-    Attributes
-    ----------
-    name, how : str
-        Of the frame, and of the method used.
-    to_check, new, gone : int
-        Numbers of blocks.
-    notes : tuple of str
-    """
-
-    name: str
-    how: str
-    to_check: int
-    new: int
-    gone: int
-    notes: tuple[str, ...]
+Steps = Generator[Callable[[], Any], Any, None]
+"""Yields what a worker is to find, and is sent it."""
 
 
 @dataclass(eq=False)
 class PropagationRun:
-    """A propagation of blocks through frames of the list.
+    """What has come of a propagation through frames. They may be many: their arrays are not kept.
 
     Attributes
     ----------
-    source : Entry
-        The frame with the original blocks.
-    how : str
-        "auto", "copied" or "flow".
-    replaces : bool
-        Whether blocks of frames that have been worked on are replaced; otherwise these frames keep their blocks, which
-        are propagated further.
-    shows : bool
-        Whether each frame is shown as soon as it is read.
-    waiting : deque of Entry
-        Frames that follow; the source is the first.
+    source, how : str
+        Name of the frame with the original blocks; "auto", "copied" or "flow".
     total : int
         Number of frames after the source.
     present : Entry
-        The target frame; the source while that is read.
-    before : FrameState or None
-        State of the frame whose blocks are propagated next; None before the source was read.
-    done : list of PropagatedFrame
-    kept : list of str
-        Names of frames that have kept their blocks.
-    problems : list of str
-        A sentence for each frame that could not be read or propagated to.
+        The frame that is read, and propagated to.
+    done, kept : list of str
+        Names of the frames that have received blocks, and of those that have been worked on and kept theirs.
+    ways : list of str
+        The method used for each frame of `done`.
+    to_check : int
+        Number of blocks that need a check.
+    notes : list of str
+        Sentences on single frames.
+    stopped : bool
     """
 
-    source: Entry
+    source: str
     how: str
-    replaces: bool
-    shows: bool
-    waiting: deque[Entry]
     total: int
     present: Entry
-    before: FrameState | None = None
-    done: list[PropagatedFrame] = field(default_factory=list)
+    done: list[str] = field(default_factory=list)
     kept: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
+    ways: list[str] = field(default_factory=list)
+    to_check: int = 0
+    notes: list[str] = field(default_factory=list)
     stopped: bool = False
 
-    @property
-    def processed(self) -> int:
-        """Number of processed frames."""
-        return len(self.done) + len(self.kept) + len(self.problems)
 
-    @property
-    def to_check(self) -> int:
-        """Number of blocks that need a check."""
-        return sum(frame.to_check for frame in self.done)
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes on single frames, a sentence each."""
-        return [*self.problems, *(f"{frame.name}: {note}" for frame in self.done for note in frame.notes)]
-
-    def keeps(self, entry: Entry) -> bool:
-        """Whether a frame keeps its blocks."""
-        summary = entry.summary
-        return not self.replaces and summary.blocks > 0 and summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
+def _is_worked_on(entry: Entry) -> bool:
+    """Whether a frame has blocks that were edited or run."""
+    return entry.summary.blocks > 0 and entry.summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
 
 
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
@@ -202,16 +161,13 @@ def summary(run: PropagationRun) -> str:
     """Summarise a propagation in a few sentences; "" if nothing was done."""
     texts = []
     if run.done:
-        ways = [frame.how for frame in run.done]
-        how = " and ".join(f"{ways.count(way)} {_DONE[way]}" for way in _DONE if way in ways)
-        texts.append(f"Blocks of {run.source.name} propagated to {_named([frame.name for frame in run.done])}: {how}.")
-        counts = {"new": sum(frame.new for frame in run.done), "gone": sum(frame.gone for frame in run.done)}
-        parts = [f"{count} {what}" for what, count in counts.items() if count]
-        texts.append(", ".join([f"{counted(run.to_check, 'block')} to check", *parts]) + ".")
+        how = " and ".join(f"{run.ways.count(way)} {_DONE[way]}" for way in _DONE if way in run.ways)
+        texts.append(f"Blocks of {run.source} propagated to {_named(run.done)}: {how}.")
+        texts.append(f"{counted(run.to_check, 'block')} to check.")
     if run.kept:
         texts.append(f"{_named(run.kept)} had been edited or run: their blocks were kept and propagated further.")
     if run.stopped:
-        texts.append(f"Stopped after {run.processed} of {counted(run.total, 'frame')}.")
+        texts.append(f"Stopped after {len(run.done + run.kept)} of {counted(run.total, 'frame')}.")
     return " ".join(texts)
 
 
@@ -234,17 +190,7 @@ class PropagationFeature(Feature):
     """Propagates the current frame's blocks to other frames, and those of the previous frame to the current one.
 
     One propagation runs at a time: each frame is opened and gets the blocks of the previous one as an undoable step.
-
-    Signals
-    -------
-    changed()
-        A propagation has started, has reached another frame, or has ended.
-    ended(object)
-        The `PropagationRun` that has ended.
     """
-
-    changed = Signal()
-    ended = Signal(object)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -358,85 +304,74 @@ class PropagationFeature(Feature):
     # from frame to frame
 
     def _start(self, frames: Sequence[Entry], replaces: bool, shows: bool = False) -> None:
-        """Propagate the blocks of the first frame through the others; do nothing if a propagation is in progress."""
+        """Propagate the blocks of the first frame through the others, and show each if `shows`; do nothing if a
+        propagation is in progress."""
         if self.run is None and len(frames) > 1:
-            source, waiting = frames[0], deque(frames)
-            self.run = PropagationRun(source, self.how, replaces, shows, waiting, len(frames) - 1, source)
-            self._next(self.run)
+            run = self.run = PropagationRun(frames[0].name, self.how, len(frames) - 1, frames[0])
+            steps = self._through(run, frames, replaces, shows)
+            self._go_on(run, steps, partial(next, steps))
 
-    def _next(self, run: PropagationRun) -> None:
-        """Read the next frame that is still listed."""
-        while run.waiting and run.waiting[0] not in self.context.workspace.entries:
-            run.waiting.popleft()
-            run.total -= 1
-        if not run.waiting:
+    def _go_on(self, run: PropagationRun, steps: Steps, resume: Callable[..., Callable[[], Any]], *given: Any) -> None:
+        """Go on until a worker is to find something. The frame that it is for must stay open meanwhile."""
+        try:
+            find = resume(*given)
+        except StopIteration:
             self._end(run)
             return
-        entry = run.present = run.waiting.popleft()
-        store = self.context.loader.store
-        read = state_reader(entry, store) or partial(_read_without_blocks, entry, store)
-        self._ask(run, read, partial(self._take_read, run), None)
-        self._show()
+        again = partial(self._go_on, run, steps)
+        what, about = f"propagation of blocks to {run.present.name}", run.present.document
+        self.requests.ask(find, partial(again, steps.send), partial(again, steps.throw), what=what, about=about)
 
-    def _ask(
-        self, run: PropagationRun, find: Callable[[], Any], take: Callable[[Any], None], read: Decoded | None
-    ) -> None:
-        """Ask for what the propagation to the present frame needs, which must stay open meanwhile."""
-        present = run.present
-        what = "" if present is run.source else f"propagation of blocks to {present.name}"
-        fail = partial(self._take_error, run, read)
-        self.requests.ask(find, take, fail, what=what, about=present.document)
+    def _through(self, run: PropagationRun, frames: Sequence[Entry], replaces: bool, shows: bool) -> Steps:
+        """Go from frame to frame; an error costs its frame alone, unless it is the first."""
+        before: FrameState | None = None
+        for number, entry in enumerate(frames):
+            if entry not in self.context.workspace.entries:  # it has been removed from the list meanwhile
+                run.total -= 1
+                continue
+            run.present = entry
+            self._show(run, number)
+            keeps = before is None or (_is_worked_on(entry) and not replaces)
+            try:
+                before = yield from self._to(run, entry, None if keeps else before, shows)
+                run.kept += [entry.name] * (keeps and number > 0)
+            except Exception as error:
+                run.notes.append(f"{entry.name}: {error_text(error)}")
+            if before is None:
+                return
 
-    def _take_read(self, run: PropagationRun, read: Decoded) -> None:
-        """Propagate the blocks of the frame before to one that has been read, and show it meanwhile."""
-        entry, before, workspace = run.present, run.before, self.context.workspace
-        if run.shows and entry is not run.source and entry in workspace.entries:
-            workspace.show(self._open(entry, read))
-        if before is None or (entry is not run.source and run.keeps(entry)):
-            self._take(run, read, read.state)
-        else:
-            found = partial(propagate_state, before, read.state, run.how)
-            self._ask(run, found, partial(self._take, run, read), read)
-
-    def _take(self, run: PropagationRun, read: Decoded, outcome: Propagated | FrameState) -> None:
-        entry, workspace = run.present, self.context.workspace
-        if entry not in workspace.entries:  # it has been removed from the list meanwhile
-            run.total -= 1
-            if entry is run.source:
-                run.waiting.clear()
-        elif isinstance(outcome, Propagated):
-            document, source = self._open(entry, read), outcome.state.blocks.propagated_from
-            workspace.take_propagated(document, outcome.state, f"Propagate blocks from {source}")
-            found, to_check = outcome.followed, len(outcome.state.to_check)
-            done = PropagatedFrame(document.name, found.how, to_check, len(found.new), len(found.gone), found.notes)
-            run.done.append(done)
-            run.before = outcome.state
-        elif outcome.blocks.labels.any():
-            if entry is not run.source:
-                run.kept.append(entry.name)
-            run.before = outcome
-        else:
-            run.problems.append(f"{entry.name} has no blocks to propagate: extract or draw some first.")
-            run.waiting.clear()
-        self._next(run)
-
-    def _open(self, entry: Entry, found: Decoded) -> Document:
-        """Return the document of a frame, which is opened if necessary."""
-        return entry.document or self.context.loader.open_state(entry, found, show=False)
-
-    def _take_error(self, run: PropagationRun, read: Decoded | None, error: Exception) -> None:
-        run.problems.append(f"{run.present.name}: {error_text(error)}")
-        if read is None:
-            self.context.workspace.note_problem(run.present, error_text(error))
-        if run.before is None:
-            run.waiting.clear()
-        self._next(run)
+    def _to(
+        self, run: PropagationRun, entry: Entry, before: FrameState | None, shows: bool
+    ) -> Generator[Callable[[], Any], Any, FrameState]:
+        """Read a frame and propagate the blocks of the one before to it, unless it keeps its own; return its state."""
+        workspace, store = self.context.workspace, self.context.loader.store
+        try:
+            read: Decoded = yield state_reader(entry, store) or partial(_read_without_blocks, entry, store)
+        except Exception as error:
+            workspace.note_problem(entry, error_text(error))
+            raise
+        if before is None:
+            if not read.state.blocks.labels.any():
+                raise InputError("It has no blocks to propagate. Extract or draw some first.")
+            return read.state
+        found: Propagated = yield partial(propagate_state, before, read.state, run.how)
+        if entry not in workspace.entries:
+            return before
+        document = entry.document or self.context.loader.open_state(entry, read, show=False)
+        workspace.take_propagated(document, found.state, f"Propagate blocks from {found.state.blocks.propagated_from}")
+        if shows:
+            workspace.show(document)
+        run.done.append(document.name)
+        run.ways.append(found.followed.how)
+        run.to_check += len(found.state.to_check)
+        run.notes += [f"{document.name}: {note}" for note in found.followed.notes]
+        return found.state
 
     def _end(self, run: PropagationRun) -> None:
         """Say what has been done."""
         self.run = None
-        self._show()
-        self.ended.emit(run)
+        self.strip.hide()
+        self.context.actions.refresh()
         notes, workspace, text = self.context.notes, self.context.workspace, summary(run)
         if text:
             notes.show_message(text)
@@ -444,17 +379,13 @@ class PropagationFeature(Feature):
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", run.notes)
 
-    def _show(self) -> None:
-        """Show how far it is."""
-        run = self.run
-        if run is None:
-            self.strip.hide()
-        elif run.total > 0:
-            if self.strip.isHidden():
-                self.work.begin()
-                self.strip.show()
-            done = min(run.processed, run.total - 1)
-            self.label.setText(f"Propagating blocks to {run.present.name} ({done + 1} of {run.total})")
-            self.work.show_share(done / run.total)
+    def _show(self, run: PropagationRun, number: int) -> None:
+        """Show how far it is: at which frame, the source of which is 0."""
+        if self.strip.isHidden():
+            self.work.begin()
+            self.strip.show()
+        self.label.setText(
+            f"Propagating blocks to {run.present.name} ({min(max(number, 1), run.total)} of {run.total})"
+        )
+        self.work.show_share(max(number - 1, 0) / run.total)
         self.context.actions.refresh()
-        self.changed.emit()

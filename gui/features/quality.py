@@ -163,8 +163,7 @@ class QualityPanel(Panel):
         for items in (self._marks, self._previews):
             for cell, item in zip(self.context.views.cells.values(), items, strict=True):
                 cell.view.add(item)
-        self.position, self.reason = PlainLabel(), PlainLabel()
-        self.reason.setWordWrap(True)
+        self.position, self.reason = PlainLabel(), PlainLabel(wordWrap=True)
         self.remedy_button = _button(actions["apply_remedy"])
         self.remedy_button.setAccessibleName("Remedy")
         self.remedy_button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

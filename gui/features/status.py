@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import html
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWidget
 
 from ilf._runtime.formatting import length_text
+from ilf.data.frame import RGBDFrame
 
-from ..state.document import Document
 from ..state.parts import Part
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
-from ..views.view_data import FLICKERS
+from ..views.view_data import FLICKERS, ShownDepth
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
@@ -47,12 +47,11 @@ class StatusBar(QStatusBar):
         self.hint = ElidedLabel()
         self.hint.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.readout = QLabel()
-        self.progress = _Progress()
+        self.progress = _Progress(textVisible=True)
         # its text must not limit the width of the window
         self.readout.setMinimumWidth(1)
         self.progress.setFixedWidth(self.fontMetrics().horizontalAdvance(_LONGEST))
         self.progress.setAccessibleName("Progress")
-        self.progress.setTextVisible(True)
         self.progress.hide()
         self.progress.setMaximumHeight(self.fontMetrics().height())
         self.setFixedHeight(self.fontMetrics().height() + _ROOM)
@@ -100,8 +99,6 @@ class StatusFeature(Feature):
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing, self._exporting = "", ""
-        self._paced: list[Document] = []
-        """Frames whose runs the pace was measured on."""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
         self._data = context.views.data
@@ -161,7 +158,6 @@ class StatusFeature(Feature):
             text = self._exporting or ("Estimating the error" if self._error.busy else "")
         if not text:
             self._pace.forget()
-            self._paced = []
         self.bar.show_progress(text, share, self._pace.text() if share is not None else "")
 
     def _runs_text(self) -> tuple[str, float | None]:
@@ -171,9 +167,6 @@ class StatusFeature(Feature):
         going = [self._workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
-        if going != self._paced:
-            self._paced = going
-            self._pace.forget()
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
         if present:
             return runs.of(going[0]).stage, share if 0 < share < 1 else None
@@ -190,82 +183,61 @@ class StatusFeature(Feature):
         self.bar.readout.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
 
     def _parts(self, x: int, y: int) -> list[str]:
-        if not self._workspace.has_current:
-            return self._played(x, y)
-        document = self._workspace.current
-        height, width = document.frame.shape
-        if x >= width or y >= height:  # the cursor has not moved since another frame was shown
+        """Return the values of a pixel in what the views show; none if it is outside of it."""
+        data = self._data
+        frame, document, error = data.frame, data.document, data.expected
+        if frame is None or x >= frame.shape[1] or y >= frame.shape[0]:  # another frame may be shown meanwhile
             return []
-        label = int(document.labels[y, x])
-        block = document.info(label).name if label else "no block"
-        depth_in, measured = float(document.frame.depth[y, x]), float(document.frame.measured[y, x])
-        invalid_mask = np.isfinite(measured) and not np.isfinite(depth_in)
-        given = f"invalid {_metres(measured)}" if invalid_mask else f"in {_metres(depth_in)}"
-        outside = document.frame.outside_view
-        if outside is not None and outside[y, x]:
-            given = "outside the depth camera's view"
-        added = document.frame.from_neighbours
-        if added is not None and added[y, x]:
-            given = f"from neighbours {_metres(depth_in)}"
-        if document.blocks.by_hand is not None and np.isfinite(document.blocks.by_hand.depth[y, x]):
-            own = np.isfinite(depth_in) and (added is None or not added[y, x])
-            if not own and (outside is None or not outside[y, x]):
-                given = f"by hand {_metres(float(document.blocks.by_hand.depth[y, x]))}"
-        locked = " (locked)" if label in document.locked else ""
-        parts = [f"x {x}, y {y}", f"{html.escape(block)}{locked}", given]
-        brought = document.frame.brought
-        parts += ["not seen by colour"] if brought is not None and not brought.seen[y, x] else []
-        viewed_iteration, error = self._workspace.viewed_iteration, document.expected_error()
-        depth = document.current_depth() if viewed_iteration is None else viewed_iteration.depth
-        if depth is not None:
-            depth_out = float(depth[y, x])
-            completion = document.completion()
-            extrapolated = completion is not None and completion.extrapolated[y, x]
-            if viewed_iteration is not None:
-                parts.append(f"after iteration {viewed_iteration.iteration} {_metres(depth_out)}")
-            else:
-                parts.append(f"out {_metres(depth_out)}{' (extrapolated)' if extrapolated else ''}")
-            if np.isfinite(depth_in) and np.isfinite(depth_out):
-                parts.append(f"{1000 * (depth_out - depth_in):+.1f} mm")
-        parts += self._flicker(x, y)
-        if document.proposal is not None and np.isfinite(document.proposal[y, x]):
-            parts.append(f"proposed {_metres(float(document.proposal[y, x]))}")
-        if viewed_iteration is None and error is not None and np.isfinite(error[y, x]):
-            parts.append(f"\u00b1 {length_text(float(error[y, x]))}")
-            unsupported = document.unsupported()
-            if unsupported is not None and unsupported[y, x]:
-                parts.append("unsupported")
-        runs = [f"{html.escape(kept.name)} {_metres(float(kept.completion.depth[y, x]))}" for kept in document.compared]
-        return [*parts, *_evaluated(document, depth, x, y), *runs]
-
-    def _played(self, x: int, y: int) -> list[str]:
-        """Return the values of a frame that is played; none if the pixel is outside."""
-        depths = [(name, self._data.depth(depth)) for name, depth in (("in", "depth-in"), ("out", "result"))]
-        height, width = (0, 0) if depths[0][1] is None else depths[0][1].depth.shape
-        if x >= width or y >= height:
-            return []
-        values = [f"{name} {_metres(float(layer.depth[y, x]))}" for name, layer in depths if layer is not None]
-        return [f"x {x}, y {y}", *values, *self._flicker(x, y)]
-
-    def _flicker(self, x: int, y: int) -> list[str]:
-        """Return the change of depth in and depth out against the frame before, as far as it is known."""
-        parts = []
+        parts = [f"x {x}, y {y}"]
+        if document is not None:
+            label = int(document.labels[y, x])
+            block = document.info(label).name if label else "no block"
+            parts.append(html.escape(block) + " (locked)" * (label in document.locked))
+        parts.append(self._given(frame, x, y))
+        if frame.brought is not None and not frame.brought.seen[y, x]:
+            parts.append("not seen by colour")
+        if data.result is not None:
+            parts += self._completed(data.result, float(frame.depth[y, x]), x, y)
         for name, depths in (("in", FLICKERS["flicker-in"]), ("out", FLICKERS["flicker"])):
-            now, before = (self._data.depth(depth) for depth in depths)
+            now, before = (data.depth(depth) for depth in depths)
             if now is not None and before is not None and np.isfinite(change := now.depth[y, x] - before.depth[y, x]):
                 parts.append(f"flicker {name} {1000 * change:+.1f} mm")
-        return parts
+        if error is not None and not data.error_is_outdated and not data.moment and np.isfinite(error[y, x]):
+            parts.append(f"\u00b1 {length_text(float(error[y, x]))}")
+            parts += ["unsupported"] * (data.unsupported is not None and bool(data.unsupported[y, x]))
+        if frame.ground_truth is not None and np.isfinite(truth := float(frame.ground_truth[y, x])):
+            parts.append(f"ground truth {_metres(truth)}")
+            if data.result is not None and np.isfinite(depth := float(data.result.depth[y, x])):
+                parts.append(f"error {1000 * (depth - truth):+.1f} mm")
+        return [*parts, *(f"{html.escape(run.name)} {_metres(float(run.completion.depth[y, x]))}" for run in data.runs)]
 
+    def _given(self, frame: RGBDFrame, x: int, y: int) -> str:
+        """Return the depth in, and where it is from or why there is none."""
+        data, depth = self._data, float(frame.depth[y, x])
+        if frame.from_neighbours is not None and frame.from_neighbours[y, x]:
+            return f"from neighbours {_metres(depth)}"
+        if frame.outside_view is not None and frame.outside_view[y, x]:
+            return "outside the depth camera's view"
+        if data.by_hand is not None and data.by_hand[y, x] and data.document is not None:
+            by_hand = data.document.blocks.by_hand
+            return f"by hand {_metres(math.nan if by_hand is None else float(by_hand.depth[y, x]))}"
+        if data.invalid_mask is not None and data.invalid_mask[y, x]:
+            return f"invalid {_metres(float(frame.measured[y, x]))}"
+        return f"in {_metres(depth)}"
 
-def _evaluated(document: Document, depth: NDArray[np.float32] | None, x: int, y: int) -> list[str]:
-    """Return ground truth and the error of completed depth as texts."""
-    ground_truth = document.frame.ground_truth
-    if ground_truth is None or not np.isfinite(ground_truth[y, x]):
-        return []
-    parts = [f"ground truth {_metres(float(ground_truth[y, x]))}"]
-    if depth is not None and np.isfinite(depth[y, x]):
-        parts.append(f"error {1000 * float(depth[y, x] - ground_truth[y, x]):+.1f} mm")
-    return parts
+    def _completed(self, result: ShownDepth, depth_in: float, x: int, y: int) -> list[str]:
+        """Return the depth out, what it is, and its difference from depth in."""
+        document, depth = self._data.document, float(result.depth[y, x])
+        proposal = None if document is None else document.proposal
+        viewed = self._workspace.viewed_iteration
+        if proposal is not None and np.isfinite(proposal[y, x]):
+            return [f"proposed {_metres(float(proposal[y, x]))}"]
+        if viewed is not None:
+            text = f"after iteration {viewed.iteration} {_metres(depth)}"
+        else:
+            text = f"out {_metres(depth)}"
+            text += " (extrapolated)" * (result.extrapolated is not None and bool(result.extrapolated[y, x]))
+        return [text, f"{1000 * (depth - depth_in):+.1f} mm"] if np.isfinite(depth - depth_in) else [text]
 
 
 def _metres(depth: float) -> str:

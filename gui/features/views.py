@@ -1,6 +1,8 @@
-"""The linked views with the current frame, and the commands on their display."""
+"""The linked views with the current frame, the commands on their display, and the comparison of two depths in them."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
+from ..views.layouts import COMPARE
 from ..views.shown_blocks import BLOCK_PARTS
 from ..views.view_data import ALL_READ, ALL_READ_LATER
 from ..views.view_menus import ViewBar
@@ -17,7 +20,7 @@ from .context import Context, Feature
 
 
 class ViewsFeature(Feature):
-    """The linked views with the current frame, and the commands on their display.
+    """The linked views with the current frame, the commands on their display, and the comparison of two depths.
 
     The zoom of a frame is restored when it is shown again. Zooms last as long as the window: another one may have
     another size, so it begins with the whole frame.
@@ -34,9 +37,20 @@ class ViewsFeature(Feature):
         self._shown: Document | None = None
         self._zooms: dict[str, tuple[float, float, float] | None] = {}
         """Key of a frame -> its last zoom."""
+        self._was_compared = False
+        """Whether the layout *Compare two* was left to swipe."""
+        self._replaced: dict[str, str] = {}
+        """Content of a view before the result replaced it: name of its cell -> content."""
         workspace.on(Part.FRAME, self._remember_zoom)
         refresh.add("place", self._restore_zoom, Part.FRAME)  # after the pictures, which show another frame whole
         refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
+        blink = context.actions["blink"]
+        # an edit must show its effect on the result
+        edits = (
+            Part.FRAME | Part.REPLACED | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.LABELS | Part.STROKE
+        )
+        refresh.add("blink", partial(blink.setChecked, False), edits)
+        views.sheet.layoutChanged.connect(self._follow_layout)
 
     def _remember_zoom(self) -> None:
         if self._shown is not None:
@@ -83,3 +97,80 @@ class ViewsFeature(Feature):
         box = bounds(np.isin(document.labels, document.selected))
         if box is not None:
             self._views.zoom_to(*box)
+
+    @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
+    def _choose_content(self) -> None:
+        """Choose the content of the view under the pointer, or of the view clicked last; same as a click on its
+        title."""
+        self._views.choose_content()
+
+    @command("reset_contents", "R&eset view contents")
+    def _reset_contents(self) -> None:
+        """Restore the default content of every view."""
+        self._views.reset_contents()
+
+    @command("swap_sides", "Swap A and &B", icon="ph.swap", needs=Need.FRAME)
+    def _swap_sides(self) -> None:
+        """Swap the two sides of the comparison."""
+        self._views.sides.choose(*reversed(self._views.data.sides))
+
+    @command("blink", "Show side &A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
+    def _show_side_a(self, on: bool) -> None:
+        """Show side A instead of the result in all views; also while V is held."""
+        self._views.sides.show_a_as_result(on)
+
+    @command("compare_two", "Compare &two", icon="ph.columns", keys="Shift+F4", checkable=True, needs=Need.FRAME)
+    def _compare_two(self, on: bool) -> None:
+        """Show sides A and B, their difference, and the error or the expected error; again to go back."""
+        if on != (self._views.sheet.layout_name == COMPARE):
+            self._views.sheet.toggle_layout(COMPARE)
+
+    def _follow_layout(self, name: str) -> None:
+        """Switch swiping off in the side-by-side layout; in others, show the result while swiping."""
+        self._was_compared = False
+        self.context.actions["compare_two"].setChecked(name == COMPARE)
+        if name == COMPARE:
+            self.context.actions["swipe"].setChecked(False)
+        elif self._views.sides.is_divided:
+            self._restore_contents()
+            self._show_result()
+
+    @command(
+        "swipe",
+        "S&wipe between two",
+        icon="ph.arrows-left-right",
+        keys="Ctrl+Shift+X",
+        checkable=True,
+        needs=Need.FRAME,
+    )
+    def _swipe(self, on: bool) -> None:
+        """Compare with a draggable divider: side A on the left, side B on the right.
+
+        It is shown instead of both sides side by side; if no view shows the result, one does until it is switched off.
+        """
+        if not on:
+            self._views.sides.divide(False)
+            self._restore_contents()
+            if self._was_compared:
+                self._views.sheet.toggle_layout(COMPARE)
+            return
+        was_compared = self._views.sheet.layout_name == COMPARE
+        if was_compared:
+            self._views.sheet.toggle_layout(COMPARE)
+        self._was_compared = was_compared  # until another layout is chosen
+        self._show_result()
+        self._views.sides.divide(True)
+
+    def _show_result(self) -> None:
+        """Show the result in the active view if no view does."""
+        if not any(cell.concrete == "result" for cell in self._views.sheet.shown):
+            name = next(name for name, cell in self._views.cells.items() if cell is self._views.active)
+            self._replaced = {name: self._views.cells[name].content}
+            self._views.set_content(name, "result")
+
+    def _restore_contents(self) -> None:
+        """Restore the content that the result has replaced, unless the user has chosen another since."""
+        replaced, self._replaced = self._replaced, {}
+        for cell, content in replaced.items():
+            if self._views.cells[cell].content == "result":
+                self._views.set_content(cell, content)

@@ -110,10 +110,11 @@ _HANDLE = 2.0, 4.0
 
 
 class PreviewDrawing(Drawing):
-    """Draws the preview of a tool."""
+    """Draws the preview of a tool, or lines of another colour in the same way."""
 
-    def __init__(self, z: float) -> None:
+    def __init__(self, z: float, colour: QColor = _LINE) -> None:
         super().__init__(z)
+        self._colour = colour
         self.preview: Preview | None = None
 
     def set_preview(self, preview: Preview | None) -> None:
@@ -136,15 +137,15 @@ class PreviewDrawing(Drawing):
             return
         if preview.area is not None:
             painter.fillPath(preview.area, _SHADE)
-            painter.fillPath(preview.area, QBrush(_LINE, Qt.BrushStyle.BDiagPattern))
+            painter.fillPath(preview.area, QBrush(self._colour, Qt.BrushStyle.BDiagPattern))
         # straight lines along the pixels' edges are clearer without; others are not
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if preview.line_preview is not None:
-            _draw(painter, preview.line_preview, dashed=True)
-        _draw(painter, preview.line, preview.dashed)
+            _draw(painter, preview.line_preview, self._colour, dashed=True)
+        _draw(painter, preview.line, self._colour, preview.dashed)
         half = pixel * _half_handle(preview.corners, pixel)
         painter.setPen(pg.mkPen(_HALO, width=1.5))
-        painter.setBrush(_LINE)
+        painter.setBrush(self._colour)
         for x, y in preview.corners:
             painter.drawRect(QRectF(QPointF(x - half, y - half), QPointF(x + half, y + half)))
 
@@ -158,9 +159,9 @@ def _half_handle(corners: Sequence[tuple[float, float]], pixel: float) -> float:
     return min(max(apart / 5, least), most)
 
 
-def _draw(painter: QPainter, path: QPainterPath, dashed: bool) -> None:
-    for colour, width in ((_HALO, _WIDTH + 2), (_LINE, _WIDTH)):
-        pen = pg.mkPen(colour, width=width, dash=[4, 3] if dashed and colour is _LINE else None)
+def _draw(painter: QPainter, path: QPainterPath, bright: QColor, dashed: bool) -> None:
+    for colour, width in ((_HALO, _WIDTH + 2), (bright, _WIDTH)):
+        pen = pg.mkPen(colour, width=width, dash=[4, 3] if dashed and colour is bright else None)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
         painter.setPen(pen)
         painter.drawPath(path)

@@ -79,6 +79,7 @@ def activate(window, qtbot):
 def readout(window, pixel) -> str:
     """Return what is said of the pixel under the pointer."""
     status = window.feature(StatusFeature)
+    window.refresh.now()
     status.point_at(pixel)
     return status.bar.readout.text()
 

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from gui.features.documents.load_blocks import LoadBlocksDialog
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import ALL, Export
+from gui.features.export.jobs import Export, Scope
 from ilf.io.block_files import read_blocks, write_blocks
 from ilf.run.options import ExportOptions
 
@@ -77,7 +77,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
     for name, colour in (("Chair", (1, 2, 3)), ("<b>Table</b>", (250, 0, 9))):
         document.edit_info(first, "Edit", name=name, colour=colour)
         with qtbot.waitSignal(feature.requests.ended):
-            feature.start(Export(tmp_path / "out", options, ALL))
+            feature.start(Export(tmp_path / "out", options, Scope.ALL))
         (folder,) = (tmp_path / "out").iterdir()
         found = read_blocks(folder / "blocks.coco.json", labels.shape)
         np.testing.assert_array_equal(found.labels, labels)
@@ -88,7 +88,7 @@ def test_exports_have_the_names_and_colours_of_the_window_and_follow_them(opened
         for label in document.counts():
             assert (shown[labels == label] == document.info(label).colour).all()
     with qtbot.waitSignal(feature.requests.ended):
-        feature.start(Export(tmp_path / "out", options, ALL))
+        feature.start(Export(tmp_path / "out", options, Scope.ALL))
     assert feature.results.topLevelItem(0).text(1) == "unchanged"
 
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMessageBox
 
 import ilf
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import ALL, DONE, THIS, Export
+from gui.features.export.jobs import Export, Scope
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.status import StatusFeature
 from ilf.project.exporting import export_frames
@@ -59,15 +59,15 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_
     qtbot.waitUntil(lambda: entries[0].document is None)
     assert entries[0].summary.done, "also when it is closed"
 
-    assert "1 written" in _export(window, qtbot, out, DONE)
+    assert "1 written" in _export(window, qtbot, out, Scope.DONE)
     assert sorted(path.name for path in out.iterdir()) == NAMES[:1]
     run = ilf.replay(out / NAMES[0] / "run.json").run
     assert np.array_equal(run.blocks.labels, labels)
     assert run.parameters.max_iterations == 20
 
-    assert "2 written, 1 unchanged" in _export(window, qtbot, out, ALL)
+    assert "2 written, 1 unchanged" in _export(window, qtbot, out, Scope.ALL)
     assert sorted(path.name for path in out.iterdir()) == NAMES
-    assert "3 unchanged" in _export(window, qtbot, out, ALL)
+    assert "3 unchanged" in _export(window, qtbot, out, Scope.ALL)
     window.actions_["mark_done"].trigger()
     window.actions_["mark_done"].trigger()
     qtbot.waitUntil(lambda: window.loader.present == "")
@@ -81,7 +81,7 @@ def test_present_results_are_exported_without_another_run(listed, qtbot, tmp_pat
     window.actions_["mark_done"].trigger()
     qtbot.waitUntil(lambda: not window.loader.busy)
     monkeypatch.setattr("ilf.run.run.Run.complete", None)
-    assert "1 written" in _export(window, qtbot, out, DONE)
+    assert "1 written" in _export(window, qtbot, out, Scope.DONE)
     assert np.array_equal(np.load(out / NAMES[0] / "depth.npy"), completion.depth, equal_nan=True)
 
 
@@ -89,7 +89,7 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(listed,
     warned = []
     monkeypatch.setattr(listed.context.notes, "warn", lambda what, notes: warned.append((what, list(notes))))
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
-    assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", ALL)
+    assert "2 written, 1 failed" in _export(listed, qtbot, tmp_path / "out", Scope.ALL)
     ((what, (reason,)),) = warned
     assert what == "Not exported: 1 frame"
     assert reason.startswith("frame-1: ")
@@ -106,7 +106,7 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     ]  # fmt: skip
     assert [dialog.scope.model().item(row).isEnabled() for row in range(5)] == [True, False, False, True, True]
     assert not list(unnamed(dialog.widget))
-    assert dialog.scope.currentData() == ALL
+    assert dialog.scope.currentData() == Scope.ALL
     assert "Writes 3 folders, one per frame" in dialog.message.text()
     assert dialog.export_button.isEnabled()
     dialog.scope.setCurrentIndex(1)
@@ -148,6 +148,12 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     assert not dialog.visible
 
 
+def test_export_all_proposes_all_frames_also_if_some_are_marked_as_done(listed):
+    listed.workspace.set_done(listed.workspace.entries[1], True)
+    listed.actions_["export_all"].trigger()
+    assert listed.feature(ExportFeature).scope.currentText() == "All frames of the list: 3"
+
+
 def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed, qtbot, tmp_path, monkeypatch):
     window, feature, turned = listed, listed.feature(ExportFeature), threading.Event()
 
@@ -156,7 +162,7 @@ def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed,
         yield from export_frames(*given)
 
     monkeypatch.setattr("gui.features.export.feature.export_frames", held)
-    feature.ask(THIS)
+    feature.ask()
     first = feature.folder_path.text()
     feature.export_button.click()
     loaded(window, qtbot, window.loader.open_entry, window.workspace.entries[1])
@@ -184,11 +190,11 @@ def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
 
 def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_one(listed, qtbot, tmp_path):
     feature = listed.feature(ExportFeature)
-    _export(listed, qtbot, tmp_path / "walk" / NAMES[0] / "completed", THIS)
-    feature.ask(ALL)
+    _export(listed, qtbot, tmp_path / "walk" / NAMES[0] / "completed", Scope.THIS)
+    feature.ask(of_all=True)
     assert feature.folder_path.text() == str(tmp_path / "walk" / "export")
-    _export(listed, qtbot, tmp_path / "elsewhere" / "all", ALL)
-    feature.ask(ALL)
+    _export(listed, qtbot, tmp_path / "elsewhere" / "all", Scope.ALL)
+    feature.ask(of_all=True)
     assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")
 
 
@@ -199,6 +205,6 @@ def test_what_comes_of_folders_of_colour_and_depth_is_proposed_beside_both(windo
         (frame_folder / name).rename(file)
     open_frame(window, qtbot, *files)
     feature = window.feature(ExportFeature)
-    for scope in (ALL, THIS):
-        feature.ask(scope)
+    for of_all in (True, False):
+        feature.ask(of_all)
         assert (tmp_path / "walk") == Path(feature.folder_path.text()).parent

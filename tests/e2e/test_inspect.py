@@ -5,7 +5,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
 
-from gui.features.inspect.marks import Stroke, Text
+from gui.features.inspect.marks import Marks
 from gui.features.inspect.panel import STATISTICS, InspectPanel
 from gui.features.inspect.statistics import statistics_of
 from ilf.evaluation.measuring import measure
@@ -15,10 +15,10 @@ from .conftest import open_frame, write_frame
 from .hand import click, drag, hover, key
 
 
-def shown(window, kind: type[Stroke] | type[Text] = Text) -> list[Stroke | Text]:
-    """The marks of a kind over the views."""
+def marks(window) -> Marks:
+    """What is drawn over a view."""
     window.refresh.now()
-    return [one for one in part_of(window)._marks[0].marks if isinstance(one, kind)]
+    return part_of(window)._marks[0]
 
 
 def part_of(window) -> InspectPanel:
@@ -67,7 +67,7 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert part.profile.sample is None
     part.profile.plot.hovered.emit(10.0)
     window.refresh.now()
-    assert shown(window, Stroke)[1].points == ((data.profile.columns[10] + 0.5, 16.5),)
+    assert marks(window).profile.preview.corners[2:] == ((data.profile.columns[10] + 0.5, 16.5),)
 
     path = tmp_path / "profile"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), "Table (*.csv)"))
@@ -84,10 +84,10 @@ def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_
     assert part.profile.data is None
     window.workspace.show(window.workspace.open[0])
     window.refresh.now()
-    assert shown(window, Stroke)[0].points == line
+    assert marks(window).profile.preview.corners == line
     key(window, Qt.Key.Key_Escape)
     window.refresh.now()
-    assert shown(window, Stroke) == []
+    assert marks(window).profile.preview is None
     assert part.profile.data is None
 
 
@@ -141,7 +141,7 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     document, depth = window.workspace.current, window.workspace.current.current_depth()
     wanted = measure(depth, window.workspace.current.state.looked.measurements[1], document.frame.intrinsics)
     assert rows[1].cells == (f"{wanted.distance:.3f} m", f"{wanted.height:+.3f} m")
-    assert len(shown(window)) == 2
+    assert len(marks(window).names.texts) == 2
 
     window.actions_["copy_measurements"].trigger()
     lines = QApplication.clipboard().text().splitlines()
@@ -159,9 +159,9 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     window.actions_["tool_measure"].trigger()
     window.findChild(QDockWidget, "Inspect").close()
     window.refresh.now()
-    assert len(shown(window)) == 2
+    assert len(marks(window).names.texts) == 2
     window.actions_["clear_results"].trigger()
-    qtbot.waitUntil(lambda: shown(window)[0].text == "1: no depth")
+    qtbot.waitUntil(lambda: marks(window).names.texts[0] == "1: no depth")
     window.actions_["tool_select"].trigger()
     window.refresh.now()
-    assert shown(window) == []
+    assert marks(window).names.texts == []

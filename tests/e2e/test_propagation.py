@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QToolButton
 
 from gui.features.filter import FilterPanel
@@ -58,10 +59,15 @@ def part(listed):
     return listed.feature(PropagationFeature)
 
 
+def ended(part, qtbot, timeout=20_000):
+    """Wait until blocks have been carried."""
+    qtbot.waitUntil(lambda: part.run is None, timeout=timeout)
+
+
 def propagate_state(window, part, qtbot, command: str) -> Document:
     """Give a command and wait until blocks have been carried; the frame that is shown then."""
-    with qtbot.waitSignal(part.ended):
-        window.actions_[command].trigger()
+    window.actions_[command].trigger()
+    ended(part, qtbot)
     window.refresh.now()
     return window.workspace.current
 
@@ -110,8 +116,8 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert dialog.count.value() == 4
     assert dialog.how.currentData() == "auto"
     dialog.how.setCurrentIndex(dialog.how.findData("flow"))
-    with qtbot.waitSignal(part.ended):
-        dialog.accept()
+    dialog.accept()
+    ended(part, qtbot)
     window.refresh.now()
     assert part.how == "flow"
     assert workspace.current is first
@@ -128,8 +134,8 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
 def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     window.feature(FramesFeature).open_frames.max_open = 1
-    with qtbot.waitSignal(part.ended):
-        part.propagate_through(4)
+    part.propagate_through(4)
+    ended(part, qtbot)
     window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: len(workspace.open) == 1)
     summaries = [entry.summary for entry in entries]
@@ -156,36 +162,58 @@ def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed,
     window.feature(FramesFeature).open_frames.max_open = 1
     window.feature(FramesFeature).open_frames.close_surplus()
     qtbot.waitUntil(lambda: entries[1].document is None)
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(2)
-    (propagation_run,) = ended.args
-    assert propagation_run.kept == ["frame-1"]
-    assert [frame.name for frame in propagation_run.done] == ["frame-2"]
+    part.propagate_through(2)
+    ended(part, qtbot)
+    assert "propagated to 1 frame (frame-2)" in window.notes.message
+    assert "1 frame (frame-1) had been edited or run" in window.notes.message
     assert entries[2].summary.blocks == 3
     assert entries[1].document is None  # nobody had to open it
 
 
 def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(4)
-    (propagation_run,) = ended.args
-    assert len(propagation_run.done) == 4
-    assert len(pickle.dumps(propagation_run.done)) < listed.workspace.current.labels.nbytes / 4
+    part.propagate_through(4)
+    run = part.run
+    ended(part, qtbot)
+    assert len(run.done) == 4
+    told = {name: value for name, value in vars(run).items() if name != "present"}
+    assert len(pickle.dumps(told)) < listed.workspace.current.labels.nbytes / 4
 
 
-def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot):
-    window = listed
-    shown: list[str] = []
-    part.changed.connect(lambda: shown.append(part.label.text() if part.strip.isVisible() else ""))
-    part.changed.connect(lambda: part.work.cancel_button.click() if len(shown) == 3 else None)
-    with qtbot.waitSignal(part.ended) as ended:
-        part.propagate_through(4)
-    (propagation_run,) = ended.args
-    assert propagation_run.stopped
-    assert len(propagation_run.done) == 1
-    assert shown[1:3] == ["Propagating blocks to frame-1 (1 of 4)", "Propagating blocks to frame-2 (2 of 4)"]
+def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot, monkeypatch):
+    window, shown, take = listed, [], listed.workspace.take_propagated
+
+    def stop():
+        shown.append(part.label.text())
+        part.work.cancel_button.click()
+
+    def take_and_stop(*given):
+        take(*given)
+        QTimer.singleShot(0, stop)
+
+    monkeypatch.setattr(window.workspace, "take_propagated", take_and_stop)
+    part.propagate_through(4)
+    ended(part, qtbot)
+    assert shown == ["Propagating blocks to frame-2 (2 of 4)"]
     assert "Stopped after 1 of 4 frames." in window.notes.message
     assert window.actions_["propagate_next"].isEnabled()
+    assert not any(entry.summary.blocks for entry in list(window.workspace.entries)[2:])
+
+
+def test_frames_that_are_taken_out_of_the_list_on_the_way_stay_out(listed, part, qtbot, monkeypatch):
+    workspace, entries, take = listed.workspace, listed.workspace.entries, listed.workspace.take_propagated
+    workspace.add_entries([Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(1500)])
+
+    def take_and_remove(*given):
+        take(*given)
+        workspace.remove_entries(list(entries)[2:])
+
+    monkeypatch.setattr(workspace, "take_propagated", take_and_remove)
+    part.propagate_through(1500)
+    run = part.run
+    ended(part, qtbot)
+    assert run.done == ["frame-1"]
+    assert (run.total, run.notes) == (1, [])
+    assert len(entries) == 2
 
 
 def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
@@ -211,13 +239,11 @@ def test_an_error_on_the_way_ends_nothing_but_its_frame(listed, part, qtbot, mon
         return open_state(entry, *state, **how)
 
     monkeypatch.setattr(listed.loader, "open_state", opening)
-    ended = []
-    part.ended.connect(ended.append)
-    with qtbot.waitSignal(part.ended):
-        part.propagate_through(2)
-    (run,) = ended
-    assert [frame.name for frame in run.done] == [workspace.entries[2].name]
-    assert "unforeseen" in run.problems[0]
+    part.propagate_through(2)
+    run = part.run
+    ended(part, qtbot)
+    assert run.done == [workspace.entries[2].name]
+    assert "unforeseen" in run.notes[0]
 
 
 def test_what_needs_a_look_is_gone_through(listed, part, qtbot):

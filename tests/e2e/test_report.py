@@ -8,7 +8,7 @@ import numpy as np
 
 import ilf
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import WORKED_ON, subjects_of
+from gui.features.export.jobs import Scope, subjects_of
 from gui.project.store import WorkStore
 from gui.state.entries import Entry
 from ilf.errors import InputError
@@ -62,7 +62,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     # extracted only: this frame can be reported on, and it is none that has been worked on
     opened.actions_["report"].trigger()
     assert dialog.scope.currentText() == "This frame: two-planes"
-    assert dialog.scope.itemText(dialog.scope.findData(WORKED_ON)).endswith(": 0")
+    assert dialog.scope.itemText(dialog.scope.findData(Scope.WORKED_ON)).endswith(": 0")
     assert "writes two-planes-report.html." in dialog.message.text()
     dialog.widget.close()
     document = opened.workspace.current
@@ -70,7 +70,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     opened.workspace.current.edit_info(label, "Rename", name="Wall <of> stone")
     run_all(opened)
     opened.actions_["report"].trigger()
-    dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
+    dialog.scope.setCurrentIndex(dialog.scope.findData(Scope.WORKED_ON))
     dialog.folder_path.setText(str(out))
     dialog.opens.setChecked(False)
     dialog.hidden.setChecked(True)
@@ -98,7 +98,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     assert shown == [str(pdf)]
 
     # cancelled while it is written: what was there stays
-    dialog.scope.setCurrentIndex(dialog.scope.findData(WORKED_ON))
+    dialog.scope.setCurrentIndex(dialog.scope.findData(Scope.WORKED_ON))
     dialog.format.setCurrentIndex(0)
     with qtbot.waitSignal(part.requests.ended):
         dialog.export_button.click()

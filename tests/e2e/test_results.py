@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog
 import ilf
 from gui.features.documents.open_dialog import OpenDialog
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import Export
+from gui.features.export.jobs import Export, Scope
 from gui.views.curves.panel import CurvesPanel
 from ilf.cli import main as command_line
 from ilf.io.labels import read_labels
@@ -160,6 +160,6 @@ def test_reading_options_of_a_result_are_refused(window, qtbot, results):
 def test_results_that_were_not_shown_are_exported_as_they_are(window, qtbot, results, tmp_path):
     open_path(window, qtbot, results)
     with qtbot.waitSignal(window.feature(ExportFeature).requests.ended):
-        window.feature(ExportFeature).start(Export(tmp_path / "again", ExportOptions(), "all"))
+        window.feature(ExportFeature).start(Export(tmp_path / "again", ExportOptions(), Scope.ALL))
     for name in ("depth.npy", "run.json"):
         assert (tmp_path / "again" / "near" / name).read_bytes() == (results / "near" / name).read_bytes()

@@ -16,7 +16,6 @@ from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 from ...state.blocks import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
 from ...state.parts import Part
-from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from .panel import AccuracyPanel
 
@@ -24,10 +23,11 @@ from .panel import AccuracyPanel
 class BlockErrorsFeature(Feature):
     """Keeps the errors of the blocks up to date."""
 
+    what = "evaluation against ground truth"
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._accuracy = context.feature(AccuracyPanel)
-        self._requests = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._found: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """The errors against ground truth, and their frame."""
         self._of: NDArray[np.float32] | None = None
@@ -48,11 +48,11 @@ class BlockErrorsFeature(Feature):
         document = self.context.workspace.current if self.context.workspace.has_current else None
         completion = None if document is None or document.frame.ground_truth is None else document.completion()
         if document is None or completion is None:
-            self._requests.forget()
+            self.requests.forget()
             self._found = None, {}
         else:
             frame, labels = document.frame, document.labels.copy()
-            self._requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
+            self.requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
 
     def _take(self, document: Document, found: Mapping[int, Evaluation]) -> None:
         self._found = document, found

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ilf._runtime.formatting import UNKNOWN, millimetres
 from ilf.completion.confidence.expected_error import expected_error
-from ilf.data.label_map import Box
 from ilf.data.results import Completion
 from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
@@ -31,9 +30,6 @@ GROUND_TRUTH_COLUMNS = (
     ("Within", "Share of the filled pixels whose error is within their expected error; about 68 % is expected"),
 )
 
-Area = tuple[int, ...] | Box | None
-"""A part of a frame: labels of blocks, a rectangle, or None for all of it."""
-
 
 class EvaluatedResult(NamedTuple):
     """A result to evaluate: name and completion, and the colour of its run, None for the current one."""
@@ -49,21 +45,17 @@ class AreaErrors(NamedTuple):
     evaluated: tuple[Evaluation, ...]
     best: Ties | None
 
-    def rank(self, number: int) -> tuple[bool, str]:
-        """Return whether a result is marked as one of the best of several, and a sentence on it, "" for the others; if
-        all are equal, none is marked."""
-        best, count = self.best, len(self.evaluated)
-        if best is None or count < 2 or number not in best.equal:
-            return False, ""
-        if not best:
-            return True, " Smallest RMSE of all."
-        others = "All" if len(best.equal) == count else f"{len(best.equal)} of them, with the smallest RMSE,"
-        return len(best.equal) < count, f" {others} are equal within {millimetres(best.within)} mm."
-
-    def texts(self, number: int) -> tuple[str, str, str]:
-        """Return the errors of a result as texts, in the order of `COLUMNS`."""
-        one = self.evaluated[number]
-        return millimetres(one.rmse), millimetres(one.mae), millimetres(one.median)
+    def row(self, number: int, title: str, hint: str, last: str, colour: tuple[int, int, int] | None) -> Row:
+        """Return the row of a result, with its errors in the order of `COLUMNS` and a last cell. One of the best of
+        several is marked, unless all are equal."""
+        one, count, best = self.evaluated[number], len(self.evaluated), self.best
+        is_best = best is not None and count > 1 and number in best.equal
+        if best is not None and is_best:
+            others = "All" if len(best.equal) == count else f"{len(best.equal)} of them, with the smallest RMSE,"
+            hint += f" {others} are equal within {millimetres(best.within)} mm." if best else " Smallest RMSE of all."
+            is_best = len(best.equal) < count
+        cells = millimetres(one.rmse), millimetres(one.mae), millimetres(one.median), last
+        return Row(title, cells, hint, colour, is_best)
 
 
 def area_errors(several: Sequence[Evaluated]) -> AreaErrors:
@@ -83,7 +75,7 @@ def evaluate_areas(
     ground_truth: NDArray[np.float32],
     entries: Sequence[EvaluatedResult],
     labels: NDArray[np.int32],
-    areas: Mapping[str, Area],
+    areas: Mapping[str, NDArray[np.bool_]],
     every: bool,
     expected: ExpectedErrors,
     with_expected: bool,
@@ -97,7 +89,7 @@ def evaluate_areas(
     entries : sequence of EvaluatedResult
     labels : ndarray of int32, shape (H, W)
         The current label map.
-    areas : mapping of str to Area
+    areas : mapping of str to ndarray of bool, shape (H, W)
         Parts of the frame by name.
     every : bool
         Whether known pixels also count.
@@ -109,7 +101,7 @@ def evaluate_areas(
     shared = shared_pixels([entry.completion for entry in entries], every=every)
     found = {}
     for name, area in areas.items():
-        places = np.flatnonzero(shared & np.isfinite(ground_truth) & _inside(area, labels))
+        places = np.flatnonzero(shared & np.isfinite(ground_truth) & area)
         evaluated = []
         for _, completion, _ in entries:
             if with_expected and completion not in expected:
@@ -124,16 +116,6 @@ def evaluate_areas(
     return found
 
 
-def _inside(area: Area, labels: NDArray[np.int32]) -> NDArray[np.bool_]:
-    if area is None:
-        return np.ones(labels.shape, bool)
-    if not isinstance(area[0], slice):
-        return np.isin(labels, area)
-    inside = np.zeros(labels.shape, bool)
-    inside[area] = True
-    return inside
-
-
 def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[EvaluatedResult]) -> list[Row]:
     """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
     rows = []
@@ -141,12 +123,10 @@ def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[Evaluat
     for name, area in found.items():
         rows += [] if alone else [Row(name)]
         for number, (entry, one) in enumerate(zip(entries, area.evaluated, strict=True)):
-            is_best, sentence = area.rank(number)
             title, what = (name, name) if alone else (entry.name, f"{name}, {entry.name}")
             hint = f"{what}: no pixel has both a result and ground truth."
             if one.pixels:
-                hint = f"{what}: {one.pixels:,} pixels, mean error {1000 * one.bias:+.2f} mm.{sentence}"
+                hint = f"{what}: {one.pixels:,} pixels, mean error {1000 * one.bias:+.2f} mm."
             known = one.within is not None and math.isfinite(one.within)
-            within = f"{one.within:.0%}" if known else UNKNOWN
-            rows.append(Row(title, (*area.texts(number), within), hint, entry.colour, is_best))
+            rows.append(area.row(number, title, hint, f"{one.within:.0%}" if known else UNKNOWN, entry.colour))
     return rows

@@ -19,6 +19,7 @@ from ...widgets.basics import form, label_of, row, typed_list
 from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
 from ..documents.file_dialogs import PreviewDialog
+from ..documents.frame_files import files_of
 
 _FOLDER_KEY = "truth/folder"
 _AUTOMATIC = "Automatic (those of the depth, if both are whole numbers)"
@@ -72,8 +73,7 @@ class GroundTruthDialog(PreviewDialog[RGBDFrame]):
         self.message.show_message(" ".join((described(found), *left_out)), "warning" if left_out else "good")
 
     def browse(self) -> None:
-        patterns = " ".join(f"*{suffix}" for suffix in DEPTH_FILE_SUFFIXES)
-        kinds = f"Depth ({patterns});;All files (*)"
+        kinds = files_of("Depth", DEPTH_FILE_SUFFIXES)
         self.choose(choose_file(self, "Select ground truth", _FOLDER_KEY, kinds, self._frame))
 
 

@@ -85,13 +85,12 @@ class HoldOutOutcome:
         rows = []
         area = self.errors.get(label) or AreaErrors((Evaluation(),) * len(self.candidates), None)
         for number, (candidate, one) in enumerate(zip(self.candidates, area.evaluated, strict=True)):
-            is_best, sentence = area.rank(number)
             filled = f"{self.coverage[number]:.1%} of the held-out depth was filled."
-            hint = f"{candidate.name}: {one.pixels:,} pixels. {filled}{sentence}"
+            hint = f"{candidate.name}: {one.pixels:,} pixels. {filled}"
             if one.within is not None:
                 hint += f" {one.within:.0%} of the errors are within the expected error."
             colour = None if candidate.kept is None else candidate.kept.colour
-            rows.append(Row(candidate.name, (*area.texts(number), _count(one.pixels)), hint, colour, is_best))
+            rows.append(area.row(number, candidate.name, hint, _count(one.pixels), colour))
         return rows
 
     def _has_values_of(self, document: Document, label: int) -> bool:

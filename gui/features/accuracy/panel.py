@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QWidget
 
@@ -34,7 +36,6 @@ from ..context import Context
 from ..panel import Panel
 from .evaluation import (
     GROUND_TRUTH_COLUMNS,
-    Area,
     AreaErrors,
     EvaluatedResult,
     ExpectedErrors,
@@ -78,10 +79,6 @@ class AccuracyPanel(Panel):
 
     def __init__(self, context: Context) -> None:
         self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
-        self._page = -1
-        """The page that was drawn last."""
-        self._evaluated = ""  # id of a frame: a closed panel would keep the frame itself in memory
-        """The frame whose errors are shown or computed."""
         super().__init__(context)
         self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._reader = LatestRequest(self)
@@ -91,8 +88,7 @@ class AccuracyPanel(Panel):
 
     def make(self) -> QWidget:
         self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
+        self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
         self.context.actions["sweep"].setIconText("Sweep…")
@@ -135,10 +131,10 @@ class AccuracyPanel(Panel):
         if parts & (Part.FRAME | Part.GROUND_TRUTH):
             with QSignalBlocker(self.tabs):
                 self.tabs.setCurrentIndex(int(document is not None and document.frame.ground_truth is None))
-        turned, self._page = self._page != self.tabs.currentIndex(), self.tabs.currentIndex()
-        if self._page == 1:
+            self._forget_errors("")
+        if self.tabs.currentIndex() == 1:
             self._show_hold_out(document)
-        elif turned or parts != Part.PARAMETERS:  # the results still are those of the former ones
+        elif document is not None and parts != Part.PARAMETERS:  # the results still are those of the former ones
             self._evaluate(document)
 
     # ground truth
@@ -177,19 +173,14 @@ class AccuracyPanel(Panel):
         self.source.show_message(text)
         self.source.setToolTip("" if file is None else literal_text(file.path))
 
-    def _evaluate(self, document: Document | None) -> None:
+    def _evaluate(self, document: Document) -> None:
         """Have the current result and the compared runs evaluated, if there is ground truth."""
-        if document is None or document.id != self._evaluated:
-            self._forget_errors("")
-        if document is None:
-            return
         completion, ground_truth = document.completion(), document.frame.ground_truth
         if ground_truth is None or completion is None:
             self._forget_errors(_NO_GROUND_TRUTH if ground_truth is None else _NO_RESULT)
             return
         entries = [EvaluatedResult("Current", completion)]
         entries += [EvaluatedResult(kept.name, kept.completion, kept.colour) for kept in document.compared]
-        self._evaluated = document.id
         if not self.ground_truth_table.numbers:
             self.ground_truth_table.set_rows([], _EVALUATING)
         labels, areas, every = document.labels.copy(), _areas(document), self.pixels.currentIndex() == 1
@@ -205,7 +196,6 @@ class AccuracyPanel(Panel):
         )
 
     def _forget_errors(self, empty: str) -> None:
-        self._evaluated = ""
         self._evaluations.forget()
         self.ground_truth_table.set_rows([], empty)
         self.pixels.setEnabled(False)
@@ -273,14 +263,16 @@ class AccuracyPanel(Panel):
         self.part.setEnabled(outcome is not None)
 
 
-def _areas(document: Document) -> dict[str, Area]:
-    """The frame, the selected blocks and the rectangle."""
-    areas: dict[str, Area] = {"Frame": None}
-    chosen = tuple(label for label in document.selected if label in document.counts())
+def _areas(document: Document) -> dict[str, NDArray[np.bool_]]:
+    """The frame, the selected blocks and the rectangle, as masks."""
+    areas = {"Frame": np.ones(document.labels.shape, bool)}
+    chosen = [label for label in document.selected if label in document.counts()]
     if chosen:
-        areas[document.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"] = chosen
-    if document.state.looked.region is not None:
-        areas["Rectangle"] = document.state.looked.region
+        name = document.info(chosen[0]).name if len(chosen) == 1 else f"{len(chosen)} blocks"
+        areas[name] = np.isin(document.labels, chosen)
+    if (region := document.state.looked.region) is not None:
+        areas["Rectangle"] = np.zeros(document.labels.shape, bool)
+        areas["Rectangle"][region] = True
     return areas
 
 

@@ -87,15 +87,8 @@ class Column(IntEnum):
     PIXELS = 9
 
 
-_OPTIONAL = {
-    Column.ERROR: "Error",
-    Column.VISIBLE: "Shown",
-    Column.LOCKED: "Locked",
-    Column.ITERATIONS: "Iterations",
-    Column.SIGMA: "Deviation \u03c3",
-    Column.PIXELS: "Pixels",
-}
-"""Columns that the user can hide, and their names in the column menu."""
+_OPTIONAL = Column.ERROR, Column.VISIBLE, Column.LOCKED, Column.ITERATIONS, Column.SIGMA, Column.PIXELS
+"""Columns that the user can hide."""
 _HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
 _CLICKED = (Column.VISIBLE, Column.LOCKED, Column.COLOUR)
 
@@ -261,8 +254,8 @@ class BlockTable(RowTable):
         """Create the menu that shows and hides columns."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        for column, text in _OPTIONAL.items():
-            action = menu.addAction(text)
+        for column in _OPTIONAL:
+            action = menu.addAction(column.name.capitalize())
             action.setCheckable(True)
             action.setChecked(not self.isColumnHidden(column))
             action.toggled.connect(lambda on, column=column: self._show_column(column, on))

@@ -24,7 +24,7 @@ from ...base.paths import sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.file_choice import save_folder
+from ...widgets.file_choice import ask_path, save_folder
 from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
@@ -32,7 +32,6 @@ from ..project.feature import ProjectFeature
 from .frame_files import Kind, contains_frames
 from .recent import Origin, RecentMenu
 
-_IMAGES = "PNG image (*.png)"
 _NO_RESULT = (
     "The result is not shown: its depth is not beside the record as it was computed, in depth.npy or depth.tiff. Run "
     "the frame to get it."
@@ -207,8 +206,7 @@ class DocumentsFeature(Feature):
     @command("save_picture", "Save &picture of the views…", icon="ph.camera")
     def ask_save_picture(self) -> None:
         """Save a figure as PNG: the views or the point cloud as they are shown, with titles and colour bars."""
-        path, _ = QFileDialog.getSaveFileName(self._window, "Save picture", "ilf-studio.png", _IMAGES)
-        if path:
+        if path := ask_path(self._window, "Save picture", "ilf-studio.png", "PNG image (*.png)"):
             self.save_picture(path)
 
     def save_picture(self, path: str) -> bool:

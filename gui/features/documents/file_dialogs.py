@@ -36,7 +36,7 @@ from ...work.latest_request import LatestRequest
 _SIZE = QSize(304, 204)
 
 
-class Preview(QFrame):
+class PreviewPicture(QFrame):
     """Picture in a box of fixed size, with its name below."""
 
     def __init__(self, name: str) -> None:
@@ -114,7 +114,7 @@ class PreviewDialog(QDialog, Generic[Found]):
         self.file_button.clicked.connect(lambda _=False: self.browse())
         self._browsed = False
         """Whether the path was chosen in the file dialog, not typed."""
-        self.preview = Preview(shown)
+        self.preview = PreviewPicture(shown)
         self.message = Message(lines=5)
         self._buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
 

@@ -39,7 +39,7 @@ from ...widgets.file_choice import choose_file, choose_folder, remember_folder
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ..guide_networks import GIVES
-from .file_dialogs import Preview
+from .file_dialogs import PreviewPicture
 from .frame_files import (
     Kind,
     Look,
@@ -104,7 +104,7 @@ class OpenDialog(QDialog):
         policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
         self.apply_button.setSizePolicy(policy)
         self.apply_button.clicked.connect(self._apply_suggestions)
-        self.colour_preview, self.depth_preview = Preview("Colour"), Preview("Depth")
+        self.colour_preview, self.depth_preview = PreviewPicture("Colour"), PreviewPicture("Depth")
         buttons, self.open_button = answers(self, QDialogButtonBox.StandardButton.Open)
         self.more = QToolButton(autoRaise=True)
         self.more.setText("Reading options")

@@ -67,9 +67,6 @@ def _origin(entry: object) -> Origin:
     return Path(data.get("file", str)) if "file" in data.values else FrameRef.from_json(data)
 
 
-_DIGITS = 9
-
-
 class RecentMenu(QMenu):
     """Menu of what was opened last and is still there, the latest first, each with its reading options.
 
@@ -115,9 +112,7 @@ class RecentMenu(QMenu):
         self.clear()
         for number, origin in enumerate(self.there(), 1):
             name, key = name_of(origin).replace("&", "&&"), key_of(origin)
-            self._add(
-                f"&{number}  {name}" if number <= _DIGITS else f"{number}  {name}", key, partial(self._open, origin)
-            )
+            self._add(f"&{number}  {name}", key, partial(self._open, origin))
         self.addSeparator()
         self._add("&Clear this list", "Clear this list; files are not changed", lambda: self._set([]))
 

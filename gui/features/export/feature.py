@@ -58,12 +58,8 @@ from ..sequence.playing import PlayFeature
 from ..status import StatusFeature
 from .files import FilesForm
 from .jobs import (
-    ALL,
-    DONE,
-    SELECTED,
-    THIS,
-    WORKED_ON,
     Export,
+    Scope,
     Step,
     batch_steps,
     behind,
@@ -74,13 +70,7 @@ from .jobs import (
     subjects_of,
 )
 
-_SCOPES = {
-    THIS: "This frame",
-    DONE: "Frames marked as done",
-    WORKED_ON: "Frames that have been worked on",
-    SELECTED: "Selected rows of the list",
-    ALL: "All frames of the list",
-}
+_SCOPES = {scope: scope.value for scope in Scope}
 _SOURCES = {
     False: "As in this window, with its blocks and results",
     True: "Anew from the files, with the current parameters",
@@ -112,7 +102,7 @@ class ExportFeature(Panel):
         self._run: Run | None = None
         self._completion: Completion | None = None
         self._behind = self._proposed = ""
-        self._counts: Mapping[str, int] = {}
+        self._counts: Mapping[Scope, int] = {}
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
         self._export: Export | None = None
@@ -125,7 +115,9 @@ class ExportFeature(Panel):
     def make(self) -> QDialog:
         dialog = QDialog(self.context.window)
         give_size(dialog, 760, 650)
-        self.scope = combo(_SCOPES, "Frames to export; of several, each gets a folder of its own")
+        self.scope = combo(
+            {scope: scope.value for scope in Scope}, "Frames to export; of several, each gets a folder of its own"
+        )
         self.source = combo(_SOURCES, "Where blocks and completed depth are taken from")
         self.folder_path = QLineEdit()
         browse = QPushButton("Browse…")
@@ -220,20 +212,17 @@ class ExportFeature(Panel):
 
     # what is offered
 
-    def ask(self, scope: str = THIS, from_files: bool = False, only_report: bool = False) -> None:
-        """Open the dialog for some frames, or to show the export in progress; for `ALL` and window results, for those
-        that are done or worked on, if any."""
+    def ask(self, of_all: bool = False, from_files: bool = False, only_report: bool = False) -> None:
+        """Open the dialog for the present frame or all, or to show the export in progress."""
         self.widget.show()
         self.widget.raise_()
         self.widget.activateWindow()
         if self.busy:
             return
         self.refresh(self.parts)
-        if scope == ALL and not from_files:
-            scope = next(name for name in (DONE, WORKED_ON, ALL) if self._entries(name))
-        self.prepare(scope, from_files, only_report)
+        self.prepare(Scope.ALL if of_all else Scope.THIS, from_files, only_report)
 
-    def prepare(self, scope: str, from_files: bool, only_report: bool) -> None:
+    def prepare(self, scope: Scope, from_files: bool, only_report: bool) -> None:
         """Offer a new export, with the last settings."""
         with QSignalBlocker(self.scope), QSignalBlocker(self.source):
             self.scope.setCurrentIndex(self.scope.findData(scope))
@@ -253,28 +242,30 @@ class ExportFeature(Panel):
         if self.busy:
             return
         workspace = self.context.workspace
-        counts = {scope: len(self._entries(scope)) for scope in _SCOPES}
+        counts = {scope: len(self._entries(scope)) for scope in Scope}
         if workspace.has_current:
             self.describe(*present_frame(workspace.current), behind(workspace.current), counts)
         else:
             self.describe(None, None, "", counts)
 
-    def describe(self, run: Run | None, completion: Completion | None, behind: str, counts: Mapping[str, int]) -> None:
+    def describe(
+        self, run: Run | None, completion: Completion | None, behind: str, counts: Mapping[Scope, int]
+    ) -> None:
         """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
         choice."""
         self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
         model = self.scope.model()
-        for number, (name, text) in enumerate(_SCOPES.items()):
-            name_of_it = run.frame.name if name == THIS and run is not None else counts[name]
-            self.scope.setItemText(number, f"{text}: {name_of_it}")
+        for number, scope in enumerate(Scope):
+            name = run.frame.name if scope is Scope.THIS and run is not None else counts[scope]
+            self.scope.setItemText(number, f"{scope}: {name}")
             if isinstance(model, QStandardItemModel):
-                model.item(number).setEnabled(counts[name] > 0)
+                model.item(number).setEnabled(counts[scope] > 0)
         self._turn()
 
     def request(self) -> Export:
         """Return what the user wants; ParameterError if a value is wrong."""
-        from_files, scope, folder = bool(self.source.currentData()), str(self.scope.currentData()), self._folder()
-        name = "" if scope != THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
+        from_files, scope, folder = bool(self.source.currentData()), Scope(self.scope.currentData()), self._folder()
+        name = "" if scope != Scope.THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
         writes_report = self.report.isChecked() and not from_files
         return Export(
             folder,
@@ -337,7 +328,7 @@ class ExportFeature(Panel):
         files = ", ".join(names)
         if export.from_files:
             return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
-        if export.scope != THIS:
+        if export.scope != Scope.THIS:
             folders = counted(self._counts[export.scope], "folder")
             text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
             return text, ""
@@ -348,7 +339,7 @@ class ExportFeature(Panel):
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
-        from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == THIS
+        from_files, is_this = bool(self.source.currentData()), self.scope.currentData() == Scope.THIS
         self.widget.setWindowTitle(f"Export {self._run.frame.name}" if is_this and self._run is not None else "Export")
         self.tabs.setTabVisible(1, not from_files)
         self.tabs.setTabVisible(2, from_files)
@@ -411,10 +402,7 @@ class ExportFeature(Panel):
         return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
 
     def start(self, export: Export) -> None:
-        """Export in the background; only said if an export is in progress."""
-        if self.busy:
-            self.context.notes.show_message("An export is in progress. Wait until it has ended.")
-            return
+        """Export in the background; none may be in progress."""
         entries = self._entries(export.scope)
         self._export, self._done, self._ids = export, [], {}
         parts: list[Iterator[Step]] = []
@@ -426,7 +414,7 @@ class ExportFeature(Panel):
         if export.report is not None:
             parts.append(self._report(export.report, export, entries))
         if not export.from_files:
-            remember_folder(EXPORTS if export.scope == THIS else EXPORTS_OF_FRAMES, export.folder)
+            remember_folder(EXPORTS if export.scope == Scope.THIS else EXPORTS_OF_FRAMES, export.folder)
 
         def job() -> Generator[Step, None, str]:
             for steps in parts:
@@ -515,22 +503,22 @@ class ExportFeature(Panel):
 
     # frames
 
-    def _entries(self, scope: str) -> list[Entry]:
+    def _entries(self, scope: Scope) -> list[Entry]:
         """Return the frames of a choice."""
         workspace = self.context.workspace
         entries = list(workspace.entries)
-        if scope == THIS:
+        if scope == Scope.THIS:
             return [] if workspace.current_entry is None else [workspace.current_entry]
-        if scope == SELECTED:
+        if scope == Scope.SELECTED:
             chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}
             return [entry for entry in entries if entry.id in chosen]
-        if scope == ALL:
+        if scope == Scope.ALL:
             return entries
-        return [entry for entry in entries if (entry.summary.done if scope == DONE else entry.summary.has_work)]
+        return [entry for entry in entries if (entry.summary.done if scope == Scope.DONE else entry.summary.has_work)]
 
-    def _frames(self, scope: str, entries: Sequence[Entry]) -> list[FrameToExport]:
+    def _frames(self, scope: Scope, entries: Sequence[Entry]) -> list[FrameToExport]:
         workspace, store = self.context.workspace, self.context.recorder.store
-        if scope == THIS:
+        if scope == Scope.THIS:
             return [frame_as_shown(workspace.current)]
         shared = workspace.parameters.shared
         parameters, blocks = workspace.parameters.current, BlockChoice(workspace.parameters.extraction)

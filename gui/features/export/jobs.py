@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 
@@ -41,8 +42,15 @@ Pictures = Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]
 Read = Callable[[], tuple[Run, Completion | None]]
 MakeRun = Callable[[RGBDFrame], Run]
 
-THIS, DONE, WORKED_ON, SELECTED, ALL = "this", "done", "worked on", "selected", "all"
-"""Choices of frames."""
+
+class Scope(StrEnum):
+    """Choices of frames, as they are offered."""
+
+    THIS = "This frame"
+    DONE = "Frames marked as done"
+    WORKED_ON = "Frames that have been worked on"
+    SELECTED = "Selected rows of the list"
+    ALL = "All frames of the list"
 
 
 @dataclass(frozen=True)
@@ -53,8 +61,7 @@ class Export:
     ----------
     folder : Path
     options : ExportOptions
-    scope : str
-        A choice of frames.
+    scope : Scope
     from_files : bool
         Whether frames are completed anew, as a batch.
     jobs : int
@@ -71,7 +78,7 @@ class Export:
 
     folder: Path
     options: ExportOptions
-    scope: str = THIS
+    scope: Scope = Scope.THIS
     from_files: bool = False
     jobs: int = 1
     pictures: Pictures = ()

@@ -3,120 +3,62 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor, QPainterPath, QPolygonF
 
 from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line
 from ilf.project.frame_state import Point
 
-from ...views.drawings import Drawing, write_on_plate
+from ...tools.base import line_path
+from ...views.drawings import Names, PreviewDrawing
 from ...views.image_view import ImageView
+from ...views.interaction import Preview
 
 _HEIGHT = 5.8
 """Z value: above the blocks' lines and names, below a tool's preview."""
-_LINE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
-_HALO = QColor(0, 0, 0, 190)
-_WIDTH, _POINT, _PAD = 1.5, 4.0, 3.0
-_BESIDE = 14.0
-"""Distance of the names of a line's ends from these [px]."""
+_PROFILE, _REGION, _MEASURE = QColor(96, 220, 255), QColor(255, 255, 255), QColor(255, 176, 64)
+_BEYOND = 0.05
+"""Distance of the names of a line's ends from these, as a share of its length."""
 
 
-@dataclass(frozen=True)
-class Stroke:
-    """A line with marked points, in image coordinates; a single point is only marked."""
-
-    points: tuple[Point, ...]
-    colour: QColor
-    style: Qt.PenStyle = Qt.PenStyle.SolidLine
-    square: bool = False
-    """Whether the points are squares, which can be dragged at any time; else dots."""
-
-
-@dataclass(frozen=True)
-class Text:
-    """A text at a place in image coordinates, or beside it: in the direction away from another place."""
-
-    place: Point
-    text: str
-    away_from: Point | None = None
-
-
-Marks = tuple[Stroke | Text, ...]
-
-
-def profile_marks(line: Line | None, place: Point | None) -> Marks:
-    """Marks of the profile line from A to B, and of a place on it."""
-    if line is None:
-        return ()
-    start, end = line
-    ends = Text(start, "A", away_from=end), Text(end, "B", away_from=start)
-    return Stroke(line, _LINE, square=True), *([Stroke((place,), _LINE)] if place is not None else []), *ends
-
-
-def region_marks(region: Box | None) -> Marks:
-    """Marks of the rectangle."""
-    if region is None:
-        return ()
-    (top, bottom), (left, right) = ((side.start, side.stop) for side in region)
-    corners = (left, top), (right, top), (right, bottom), (left, bottom), (left, top)
-    return (Stroke(corners, _REGION, Qt.PenStyle.DashLine, square=True),)
-
-
-def measurement_marks(line: Line, text: str) -> Marks:
-    """Marks of a measurement, with its length at the middle."""
-    (x0, y0), (x1, y1) = line
-    return Stroke(line, _MEASURE), Text(((x0 + x1) / 2, (y0 + y1) / 2), text)
-
-
-class MarksItem(Drawing):
-    """Draws marks in a view with lines, points and texts of constant size on the screen."""
+class Marks:
+    """What is drawn over a view."""
 
     def __init__(self, view: ImageView) -> None:
-        super().__init__(_HEIGHT)
-        view.add(self)
-        self.marks: Marks = ()
-        self._font = QFont()
-        self._font.setPointSizeF(self._font.pointSizeF() * 0.85)
+        self.region, self.profile, self.measured = (
+            PreviewDrawing(_HEIGHT, colour) for colour in (_REGION, _PROFILE, _MEASURE)
+        )
+        self.names = Names(_HEIGHT)
+        for drawing in (self.region, self.profile, self.measured, self.names):
+            view.add(drawing)
 
-    def show_marks(self, marks: Marks) -> None:
-        """Draw these marks only."""
-        if marks == self.marks:
-            return
-        self.marks = marks
-        points = [QPointF(*point) for one in marks if isinstance(one, Stroke) for point in one.points]
-        metrics, texts = QFontMetricsF(self._font), [one for one in marks if isinstance(one, Text)]
-        widest = max((metrics.horizontalAdvance(one.text) for one in texts), default=0.0)
-        reach = _BESIDE + max(widest, metrics.height()) / 2 + 2 * _PAD
-        self.set_extent(QPolygonF(points).boundingRect() if points else None, reach)
-
-    def paint(self, painter: QPainter, pixel: float) -> None:
-        to_screen, metrics = painter.worldTransform(), QFontMetricsF(self._font)
-        painter.resetTransform()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._font)
-        for one in self.marks:
-            if isinstance(one, Stroke):
-                _draw(painter, one, [to_screen.map(QPointF(*point)) for point in one.points])
-                continue
-            place = to_screen.map(QPointF(*one.place))
-            if one.away_from is not None:
-                way = place - to_screen.map(QPointF(*one.away_from))
-                place += way * (_BESIDE / max(math.hypot(way.x(), way.y()), 1e-6))
-            write_on_plate(painter, place, one.text, metrics)
-
-
-def _draw(painter: QPainter, stroke: Stroke, points: list[QPointF]) -> None:
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (QPen(_HALO, _WIDTH + 2), QPen(stroke.colour, _WIDTH, stroke.style)):
-        painter.setPen(pen)
-        painter.drawPolyline(points)
-    painter.setPen(QPen(_HALO, _WIDTH))
-    painter.setBrush(stroke.colour)
-    for point in points:
-        if stroke.square:
-            painter.drawRect(QRectF(point.x() - _POINT, point.y() - _POINT, 2 * _POINT, 2 * _POINT))
+    def show(
+        self, line: Line | None, place: Point | None, region: Box | None, measured: Sequence[Line], texts: Sequence[str]
+    ) -> None:
+        """Show the profile line from A to B with a place on it, the rectangle, and measurements with a text each."""
+        names: list[tuple[str, Point]] = []
+        if line is not None:
+            (x0, y0), (x1, y1) = line
+            away = _BEYOND * (x1 - x0), _BEYOND * (y1 - y0)
+            names += [("A", (x0 - away[0], y0 - away[1])), ("B", (x1 + away[0], y1 + away[1]))]
+            places = () if place is None else (place,)
+            self.profile.set_preview(Preview(line_path(line), (*line, *places)))
         else:
-            painter.drawEllipse(point, _POINT, _POINT)
+            self.profile.set_preview(None)
+        if region is not None:
+            (top, bottom), (left, right) = ((side.start, side.stop) for side in region)
+            corners = (left, top), (right, top), (right, bottom), (left, bottom)
+            self.region.set_preview(Preview(line_path(corners, closed=True), corners, dashed=True))
+        else:
+            self.region.set_preview(None)
+        path = QPainterPath()
+        for ends, text in zip(measured, texts, strict=True):
+            path.addPath(line_path(ends))
+            names.append((text, ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2)))
+        self.measured.set_preview(Preview(path, [point for ends in measured for point in ends]) if measured else None)
+        around = QPolygonF([QPointF(*point) for _, point in names]).boundingRect()
+        points = {number: (*point, math.inf) for number, (_, point) in enumerate(names)}
+        self.names.set_names({number: text for number, (text, _) in enumerate(names)}, points, around)

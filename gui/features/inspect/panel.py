@@ -23,7 +23,7 @@ from ilf._runtime.writing import write_bytes
 from ilf.evaluation.measuring import NEEDS_INTRINSICS, Line, Measured, measure, measurements_csv
 from ilf.project.frame_state import InspectionState, Point
 
-from ...base.commands import command, keys_text
+from ...base.commands import command
 from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
@@ -35,7 +35,7 @@ from ...widgets.row_table import NumberTable, Row
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
-from .marks import MarksItem, measurement_marks, profile_marks, region_marks
+from .marks import Marks
 from .profile import ProfilePage, profile_data
 from .statistics import COLUMNS, Mask, metres, statistics_of
 
@@ -47,9 +47,9 @@ _DEPTH = Part.DEPTH | Part.SOME_RESULTS | Part.PREVIEWS
 _OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.REGION
 """Those that the statistics depend on; not previews, to leave the processor to the run."""
 
-_NO_LINE = "Draw a profile line{} in a view to see the depth along it."
-_NO_SUBJECT = "Select a block, or draw a rectangle{}."
-_NO_MEASUREMENTS = "Select the tool Measure{} and click two points."
+_NO_LINE = "Draw a profile line in a view to see the depth along it."
+_NO_SUBJECT = "Select a block, or draw a rectangle."
+_NO_MEASUREMENTS = "Select the tool Measure and click two points."
 _MEASURED = (
     ("Distance", "Straight-line distance of the end points"),
     ("Height", "Height of the second point above the first, along the image's vertical"),
@@ -66,24 +66,21 @@ class InspectPanel(Panel):
     what = "computation of statistics"
 
     def __init__(self, context: Context) -> None:
-        self._page = -1
-        """The page that was drawn last."""
         self._pixel: tuple[int, int] | None = None
         """The pixel under the mouse in a view."""
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
-        self._marks = [MarksItem(cell.view) for cell in context.views.cells.values()]
+        self._marks = [Marks(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
             context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
         shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+        context.refresh.add("inspect marks", self._show_marks, shown, _DEPTH, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
         context = self.context
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
+        self.pages = QTabWidget(documentMode=True)
         self.pages.setAccessibleName("Inspection")
         self.profile = ProfilePage(self._buttons("tool_profile", "save_profile", "save_profile_picture"))
         self.profile.pointed.connect(self._point)
@@ -95,7 +92,6 @@ class InspectPanel(Panel):
         context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
         context.views.cursorMoved.connect(self._hover)
         context.refresh.add("profile place", self._follow, NO_PART)
-        context.refresh.add("measured marks", self._show_marks, NO_PART, _DEPTH)
         return self.pages
 
     def _buttons(self, *commands: str) -> list[QToolButton]:
@@ -134,12 +130,11 @@ class InspectPanel(Panel):
         if parts & Part.FRAME:
             self.requests.forget()
             self.statistics.set_rows([])
-        turned, self._page = self._page != self.pages.currentIndex(), self.pages.currentIndex()
-        if self._page == PROFILE:
+        if self.pages.currentIndex() == PROFILE:
             self._plot(document)
-        elif self._page == MEASUREMENTS:
+        elif self.pages.currentIndex() == MEASUREMENTS:
             self._list_measurements(document)
-        elif turned or not parts or parts & _OF_STATISTICS:
+        elif not parts or parts & _OF_STATISTICS:
             self._ask_statistics(document)
 
     def reveal_page(self, number: int) -> None:
@@ -157,11 +152,6 @@ class InspectPanel(Panel):
         """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
         viewed_iteration = self.context.workspace.viewed_iteration
         return document.current_depth() if viewed_iteration is None else viewed_iteration.depth
-
-    def _with_key(self, text: str, tool: str) -> str:
-        """Return a text with the key of a tool, if it has one, in its gap."""
-        keys = keys_text(self.context.actions[f"tool_{tool}"].shortcuts())
-        return text.format(f" ({keys})" if keys else "")
 
     def _iteration_note(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
@@ -181,13 +171,9 @@ class InspectPanel(Panel):
         lines, texts = [line for line, _ in measured], [_distance(found) for _, found in measured]
         if len(lines) > 1:
             texts = [f"{number}: {text}" for number, text in enumerate(texts, 1)]
-        marks = [*region_marks(looked.region)]
-        if self.visible or tool == "profile":
-            marks += profile_marks(looked.line, self._place)
-        for line, text in zip(lines, texts, strict=True):
-            marks += measurement_marks(line, text)
-        for item in self._marks:
-            item.show_marks(tuple(marks))
+        line = looked.line if self.visible or tool == "profile" else None
+        for marks in self._marks:
+            marks.show(line, self._place, looked.region, lines, texts)
         self.context.cloud.canvas.set_lines(lines, texts)
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
@@ -202,7 +188,7 @@ class InspectPanel(Panel):
     def _plot(self, document: Document | None) -> None:
         line = self._looked.line
         if document is None or line is None:
-            self.profile.show_hint(self._with_key(_NO_LINE, "profile"))
+            self.profile.show_hint(_NO_LINE)
         else:
             data = profile_data(document, line, self.context.workspace.viewed_iteration)
             self.profile.show_data(data)
@@ -271,7 +257,7 @@ class InspectPanel(Panel):
         self.subject_name.setToolTip(literal_text(name))
         if document is None or mask is None:
             self.requests.forget()
-            self.statistics.set_rows([], self._with_key(_NO_SUBJECT, "rectangle"))
+            self.statistics.set_rows([], _NO_SUBJECT)
             _tell(self.statistics_note, "")
             return
         depth = self._depth(document)
@@ -307,7 +293,7 @@ class InspectPanel(Panel):
         """Copy the statistics as a tab-separated table."""
         if not self.made or not self.statistics.numbers:
             self.reveal_page(STATISTICS)
-            self.context.notes.show_message(f"There are no statistics. {self._with_key(_NO_SUBJECT, 'rectangle')}")
+            self.context.notes.show_message(f"There are no statistics. {_NO_SUBJECT}")
             return
         QApplication.clipboard().setText(self.statistics.text())
         self.context.notes.show_message("Statistics copied.")
@@ -331,7 +317,7 @@ class InspectPanel(Panel):
             height = f"{measured.height:+.3f} m" if math.isfinite(measured.height) else UNKNOWN
             hint = "An end point lies on filled depth, not measured depth" if filled else ""
             rows.append(Row(str(number), (_distance(measured), height), hint, is_italic=filled))
-        self.measurements.set_rows(rows, self._with_key(_NO_MEASUREMENTS, "measure"))
+        self.measurements.set_rows(rows, _NO_MEASUREMENTS)
         blind = document is not None and document.frame.intrinsics is None
         _tell(self.measurements_note, NEEDS_INTRINSICS if blind else self._iteration_note())
 
@@ -339,8 +325,7 @@ class InspectPanel(Panel):
         """Return the measurements as CSV; "" with a message if there are none."""
         measured = self._measured()
         if not measured:
-            what_to_do = self._with_key(_NO_MEASUREMENTS, "measure")
-            self.context.notes.show_message(f"There are no measurements. {what_to_do}")
+            self.context.notes.show_message(f"There are no measurements. {_NO_MEASUREMENTS}")
             return ""
         return measurements_csv([line for line, _ in measured], [found for _, found in measured])
 

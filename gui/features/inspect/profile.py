@@ -38,7 +38,7 @@ _RAW, _ERROR, _GROUND_TRUTH = "raw_m", "expected_error_m", "truth_m"
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class DepthLine:
     """Depth [m] along the line, NaN = missing.
 
     Attributes
@@ -73,7 +73,7 @@ class ProfileData:
         Profile of the result, or of the raw depth if there is none, with all other maps.
     raw : ndarray of float32, shape (N,)
         Raw depth [m], NaN = missing.
-    curves : tuple of Curve
+    curves : tuple of DepthLine
         The result, the compared runs and ground truth, as far as there are any.
     error : ndarray of float32, shape (N,), or None
         Expected error [m] of the result, the first of the curves.
@@ -85,7 +85,7 @@ class ProfileData:
 
     profile: DepthProfile
     raw: NDArray[np.float32]
-    curves: tuple[Curve, ...]
+    curves: tuple[DepthLine, ...]
     error: NDArray[np.float32] | None
     labels: NDArray[np.int32]
     names: Mapping[int, str]
@@ -109,11 +109,12 @@ def profile_data(document: Document, line: Line, viewed_iteration: ViewedIterati
     profile = depth_profile(frame.depth if result is None else result, *line, frame.intrinsics, others)
     found, curves = profile.others, []
     if result is not None:
-        curves.append(Curve("result" if viewed_iteration is None else f"result {viewed_iteration.text}", profile.depth))
+        name = "result" if viewed_iteration is None else f"result {viewed_iteration.text}"
+        curves.append(DepthLine(name, profile.depth))
     for name, kept in zip(names, document.compared, strict=True):
-        curves.append(Curve(kept.name, found[name], kept.colour))
+        curves.append(DepthLine(kept.name, found[name], kept.colour))
     if frame.ground_truth is not None:
-        curves.append(Curve("ground truth", found[_GROUND_TRUTH], is_reference=True))
+        curves.append(DepthLine("ground truth", found[_GROUND_TRUTH], is_reference=True))
     labels = document.labels[profile.rows, profile.columns]
     blocks = {label: document.info(label).name for label in set(labels.tolist()) if label}
     return ProfileData(profile, found[_RAW], tuple(curves), found.get(_ERROR), labels, blocks)
@@ -304,9 +305,8 @@ class ProfilePage(Themed, QWidget):
         self._x: NDArray[np.float64] = np.zeros(0)
         self.plot = ProfilePlot()
         self.plot.hovered.connect(self._hover)
-        self.legend = QLabel(wordWrap=True)
-        self.legend.setTextFormat(Qt.TextFormat.RichText)
-        self.legend.setAlignment(Qt.AlignmentFlag.AlignTop)
+        top, rich = Qt.AlignmentFlag.AlignTop, Qt.TextFormat.RichText
+        self.legend = QLabel(wordWrap=True, textFormat=rich, alignment=top)
         self.legend.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         hint = "Distance along the line: in pixels of the image, or in metres along the surface"
         self.axis = combo(["Pixels", "Metres"], hint, "Unit of the horizontal axis of the profile")

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QApplication
 
 from gui.app.main_window import MainWindow
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import ALL, Export
+from gui.features.export.jobs import Export, Scope
 from gui.project.current_project import has_content
 from gui.project.recorder import Recorder
 from ilf.project.store import WorkFolder
@@ -92,7 +92,7 @@ class RandomUser:
 
     def _end_by_exporting(self) -> None:
         report_action(at="export")
-        self.window.feature(ExportFeature).start(Export(self.folder / "out", ExportOptions(cloud=None), ALL))
+        self.window.feature(ExportFeature).start(Export(self.folder / "out", ExportOptions(cloud=None), Scope.ALL))
 
     def _end_by_closing(self) -> None:
         def close(_: bool) -> None:

@@ -10,15 +10,13 @@ from PySide6.QtWidgets import QApplication
 
 import ilf
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import ALL, DONE, SELECTED, THIS, WORKED_ON
+from gui.features.export.jobs import Scope
 from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
 from ilf.errors import ParameterError
 from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
-
-SCOPES = THIS, DONE, WORKED_ON, SELECTED, ALL
 
 
 @pytest.fixture
@@ -37,8 +35,8 @@ def make(context, tmp_path, small_frame, small_labels):
         run = ilf.Run(frame, small_labels)
         completion = compose(run, {}) if depth is None else replace(compose(run, {}), depth=depth)
         dialog = ExportFeature(context)
-        dialog.describe(run, completion if has_result else None, behind, {**dict.fromkeys(SCOPES, 0), THIS: 1})
-        dialog.prepare(THIS, False, False)
+        dialog.describe(run, completion if has_result else None, behind, {**dict.fromkeys(Scope, 0), Scope.THIS: 1})
+        dialog.prepare(Scope.THIS, False, False)
         dialog.folder_path.setText(str(tmp_path))
         return dialog
 

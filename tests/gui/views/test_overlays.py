@@ -9,7 +9,7 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath
 from PySide6.QtWidgets import QApplication
 
-from gui.features.inspect.marks import MarksItem, measurement_marks, profile_marks, region_marks
+from gui.features.inspect.marks import Marks
 from gui.state.parts import Part
 from gui.views.drawings import HaloPath
 from gui.views.interaction import Preview
@@ -81,14 +81,13 @@ def _swipe(views):
 
 
 def _inspected(views):
-    items = [MarksItem(cell.view) for cell in views.cells.values()]
+    items = [Marks(cell.view) for cell in views.cells.values()]
 
     def move(step):
         at, other = _place(step), _place(step + 5)
         region = slice(20, 40 + step), slice(30, 60 + step)
-        line = profile_marks((at, other), _place(step + 2))
         for item in items:
-            item.show_marks((*region_marks(region), *line, *measurement_marks((other, at), "1.234 m")))
+            item.show((at, other), _place(step + 2), region, [(other, at)], ["1.234 m"])
 
     return move
 
