@@ -76,7 +76,8 @@ class CloudFeature(Feature):
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
-        """Show the point cloud in place of the images, or the images again."""
+        """Show the point cloud in place of the images, also if it is beside them, or the images again."""
+        self.context.actions["cloud_beside"].setChecked(False)
         tabs = self.context.centre.tabs
         tabs.setCurrentIndex(1 - tabs.currentIndex())
 

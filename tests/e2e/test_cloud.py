@@ -107,6 +107,17 @@ def test_points_and_pixels_are_linked(opened, qtbot):
     assert opened.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
 
 
+def test_the_command_turns_between_images_and_cloud_also_if_they_are_side_by_side(opened):
+    seen, turn = [], opened.actions_["turn_cloud"].trigger
+    for beside in (False, True):
+        opened.actions_["cloud_beside"].setChecked(beside)
+        for _ in range(2):
+            turn()
+            seen.append((opened.views.isVisible(), opened.cloud.isVisible()))
+    assert seen == [(False, True), (True, False)] * 2
+    assert not opened.actions_["cloud_beside"].isChecked()
+
+
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
     canvas = opened.cloud.canvas
     opened.centre.show_cloud()

@@ -20,7 +20,7 @@ _STEPS = 1000
 
 
 class DepthClip(QWidget):
-    """Sliders of the nearest and the farthest depth that are drawn.
+    """Sliders of the nearest and the farthest depth that are drawn; what is exported is not clipped.
 
     Signals
     -------
@@ -37,7 +37,7 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
+        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth drawn"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -56,7 +56,7 @@ class DepthClip(QWidget):
         slider.setSingleStep(_STEPS // 100)
         slider.setPageStep(_STEPS // 10)
         slider.setAccessibleName(what)
-        slider.setToolTip(f"{what} that is drawn")
+        slider.setToolTip(f"{what} that is drawn, in this view only")
         slider.valueChanged.connect(lambda _: self._take(slider))
         return slider
 
@@ -182,7 +182,7 @@ class CloudView(Themed, QWidget):
         bar.addWidget(self._colour_button)
         bar.addSeparator()
         self._clip_action = clip = _checkable(bar, "Clip", False)
-        clip.setToolTip("Draw only a range of depths")
+        clip.setToolTip("Draw only a range of depths; files that are exported have all points")
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         self._look_menu = self._make_look_menu()
