@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QBrush, QColor
+from PySide6.QtGui import QColor
 
 from ilf.data.camera import Camera
 
@@ -19,7 +19,7 @@ from ..state.parts import Part
 from ..views.cloud.scene import CloudRequest, ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
-from ..views.layers import Layer, Look, content_of
+from ..views.layers import Layer, content_of
 from ..views.view_data import ShownDepth, colour_table
 from .context import Context, Feature
 from .expected_error import ErrorFeature
@@ -186,7 +186,8 @@ class CloudFeature(Feature):
         data.result, data.expected, data.error_is_outdated = ShownDepth(depth), document.expected_error(), False
         data.swipe_column, data.shows_a_as_result = None, False
         data.ranges = {kind: self._range(kind) for kind in KINDS}
-        found = content_of(content).find(data, content, Look(shades, QBrush()))
+        data.colours = shades
+        found = content_of(content).find(data, content)
         # in the images, zero is close to the background, where a surface without error would be invisible
         return replace(found, table=signed_table()) if content_of(content).range_kind == "signed" else found
 

@@ -12,6 +12,7 @@ from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from ..base import theme
+from .layers import Layer
 
 _BAR = 4
 """Height of the gradient, below the labels of its ticks [px]."""
@@ -55,6 +56,14 @@ class ColourBar(QWidget):
         """Set the unit of the values."""
         self._unit = unit
         self.update()
+
+    def show_layer(self, layer: Layer | None) -> None:
+        """Show the scale of a layer's values; hide the bar if it has none."""
+        if layer is None or not layer.has_values:
+            self.set_levels(None)
+        else:
+            self.set_table(layer.table)
+            self.set_levels(layer.levels, layer.logarithmic)
 
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""

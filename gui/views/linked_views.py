@@ -19,11 +19,10 @@ from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .colours import FULL
-from .drawings import missing_brush
-from .image_view import ImageView, ViewTransform
+from .image_view import ImageView
 from .interaction import Preview
 from .layouts import CELLS
-from .navigation import Navigation
+from .navigation import Navigation, ViewTransform
 from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
@@ -336,7 +335,7 @@ class LinkedViews(Themed, QWidget):
 
     def _show_transform(self) -> None:
         for view in self._views:
-            view.show_transform(self._transform)
+            view.show_place(self._transform.x, self._transform.y, self._transform.scale)
         self.navigation.follow(self._shown_views)
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
@@ -361,10 +360,8 @@ class LinkedViews(Themed, QWidget):
     # drawing
 
     def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        missing = missing_brush(colours)
+        self.data.colours = theme.colours(self.palette())
         for cell in self.cells.values():
-            cell.set_colours(colours, missing)
             cell.draw_again()
 
     def showEvent(self, event: QShowEvent) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QPalette
 
 from ilf.completion.suspects import suspect_islands
 from ilf.data.frame import RGBDFrame
@@ -17,6 +17,7 @@ from ilf.data.results import Completion
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
+from ..base import theme
 from ..state.document import Document
 from ..state.parts import EVERY_PART, NO_PART, Part
 from ..state.workspace import Workspace
@@ -198,6 +199,8 @@ class ViewData:
         The commands that select a stage.
     ranges : dict
         Kind of `KINDS` -> Range.
+    colours : Colours
+        Of the theme.
     """
 
     def __init__(self, workspace: Workspace) -> None:
@@ -207,6 +210,7 @@ class ViewData:
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = DEPTH_MAP
         self.depth_table = depth_table(self.depth_map)
+        self.colours = theme.colours(QPalette())
         self.chosen_sides = ("", "")
         self.swipe_column: int | None = None
         self.shows_missing = False

@@ -130,17 +130,13 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        request, layer = scene.request, scene.layer
+        request = scene.request
         self.strip.set_title("" if request is None else request.title)
         note = "" if request is None else request.note
         self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", note))))
         self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
-        if request is None or layer is None:
-            self.bar.set_levels(None)
-        else:
-            self.bar.set_unit(request.unit)
-            self.bar.set_table(layer.table)
-            self.bar.set_levels(layer.levels, layer.logarithmic)
+        self.bar.set_unit("" if request is None else request.unit)
+        self.bar.show_layer(scene.layer)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Show a text in place of the cloud."""
