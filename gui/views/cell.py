@@ -94,8 +94,7 @@ class Cell(QWidget):
 
     def show_stripes(self) -> None:
         """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
-        self.view.striped = striped(self._data, self.concrete)
-        self.view.viewport().update()
+        self.view.stripe(striped(self._data, self.concrete))
         styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]

@@ -19,7 +19,8 @@ from ilf.drawing.colours import sample
 from ..base import theme
 from .drawings import Drawing, HaloPath, Names, PreviewDrawing, missing_brush
 from .layers import Layer
-from .pixel_items import PixelItem, Pixels, PointsItem, ScreenItem, changed_box, greyed, packed, rgb_pixels
+from .pixel_items import Argb, PixelItem, Pixels, PointsItem, ScreenItem, changed_box, greyed, packed, rgb_pixels
+from .screen_layers import Sampling, stripes
 
 EVERYWHERE: Box = slice(None), slice(None)
 FOCUS_WIDTH = 2
@@ -83,10 +84,12 @@ class ImageView(QAbstractScrollArea):
         """Whether lines around blocks are drawn on this picture."""
         self.striped: Mapping[str, NDArray[np.bool_]] = {}
         """What is striped over this picture -> its pixels, bool (H, W)."""
+        self._stripes: tuple[Sampling, Argb | None] | None = None
         self._drawings: list[Drawing] = []
         self.image, self.fills = PixelItem(0), PixelItem(1)
         self.points = PointsItem(3)
         self.stripes, self.lines = ScreenItem(4), ScreenItem(5)
+        self.stripes.find = self._find_stripes
         self.names = Names(5.5)
         self.preview = PreviewDrawing(6)
         # two, so that a moving cursor repaints two thin strips instead of the view
@@ -189,9 +192,24 @@ class ImageView(QAbstractScrollArea):
         self.viewport().update()
 
     @property
-    def pixel_ratio(self) -> int:
-        """Device pixels per screen pixel, rounded."""
-        return max(round(self.devicePixelRatioF()), 1)
+    def sampling(self) -> Sampling:
+        """The mapping of the frame to device pixels as it is now."""
+        transform, size, frame, ratio = self.transform, self.viewport().size(), self.frame, self.devicePixelRatioF()
+        corner = round(transform.dx() * ratio), round(transform.dy() * ratio)
+        room = round(size.width() * ratio), round(size.height() * ratio)
+        return Sampling(transform.m11() * ratio, *corner, room, (round(frame.width()), round(frame.height())), ratio)
+
+    def stripe(self, masks: Mapping[str, NDArray[np.bool_]]) -> None:
+        """Stripe the pixels of these masks, bool (H, W), by their names in `STYLES`, from below."""
+        if [*masks] != [*self.striped] or any(mask is not self.striped[name] for name, mask in masks.items()):
+            self.striped, self._stripes = masks, None
+            self.viewport().update()
+
+    def _find_stripes(self) -> Argb | None:
+        sampling = self.sampling
+        if self._stripes is None or self._stripes[0] != sampling:
+            self._stripes = sampling, stripes(self.striped, sampling)
+        return self._stripes[1]
 
     def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
         """Write names by label at inner points of their blocks."""
