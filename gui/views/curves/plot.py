@@ -240,7 +240,7 @@ def drawn_line(
 
 
 def straight_line(at: float, angle: int, text: str, colour: QColor) -> pg.InfiniteLine:
-    """Return a line across a plot to draw, at a value (angle 0) or at a position of the axis (90), with a text at it."""
+    """Return a line across a plot to draw, at a value (angle 0) or a position of the axis (90), with a text at it."""
     dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
     pen = pg.mkPen(colour, **({"width": 1} if angle else dashed))
     line = pg.InfiniteLine(at, angle, pen, label=text, labelOpts=_TEXT_PLACE[angle])
