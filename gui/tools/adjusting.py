@@ -11,9 +11,9 @@ from functools import partial
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..views.interaction import PointerEvent, Preview
+from ..views.interaction import PointerEvent
 from .base import Host, Point, Press, line_path
-from .line import LineTool, Snap, Stretch, nearest, off_line, preview_of_patch, touches
+from .line import LineTool, Snap, Stretch, effect_of, nearest, off_line, touches
 
 _SLACK = 4.0
 """Maximum distance of a free line from the straight lines between its points [screen pixels]."""
@@ -283,7 +283,7 @@ class AdjustableTool(LineTool):
         if grip is None or applied is None:
             self.draw(press, event, host)
             return
-        self._grip = self._line_preview = None
+        self._grip = self._effect = None
         snap = self._snap(host)
         if press.drags:
             line = grip.line.moved(grip.corner, (event.x, event.y), event.shift, snap)
@@ -307,9 +307,8 @@ class AdjustableTool(LineTool):
 
     def _preview(self, line: AdjustableLine, host: Host, patch: LabelPatch | None) -> None:
         if self._grip is not None:
-            self._line_preview = preview_of_patch(host.document, patch)
+            self._effect = effect_of(host.document, patch)
             self._show_line(line, host)
 
     def _show_line(self, line: AdjustableLine, host: Host) -> None:
-        path = None if self._line_preview is None else self._line_preview.path
-        host.show_preview(Preview(line_path(line.points, line.closed), line.corners, line_preview=path))
+        self._show_path(line_path(line.points, line.closed), line.corners, host)
