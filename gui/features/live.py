@@ -44,7 +44,7 @@ from ilf.stream.stream import Stream, StreamStatistics
 
 from ..state.parts import NO_PART, Part
 from ..views.colours import DEPTH_MAP, depth_table
-from ..views.pixel_items import rgb_image
+from ..views.drawings import rgb_image
 from ..widgets.basics import Message, PlainLabel, give_size, lay_out
 from ..widgets.file_choice import choose_file, choose_folder, last_folder
 from ..widgets.notices import error_text

@@ -17,7 +17,7 @@ from ilf.segmentation.editing.snapping import snap
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import LARGEST_LEASH, Host, Point, Press, Tool, line_path
 
 # A line in progress: free, straight, or from click to click.

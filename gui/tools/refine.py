@@ -11,7 +11,7 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import Host, Point, edges_of, locked_text
 from .brush import Mask, StrokeTool, brush_preview, stroke_of
 from .line import Effect, effect_of

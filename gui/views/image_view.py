@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import reduce
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
@@ -15,11 +16,22 @@ from PySide6.QtWidgets import QAbstractScrollArea
 from ilf.data.label_map import Box, union, whole
 from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
+from ilf.segmentation.editing.patches import bounds
 
 from ..base import theme
-from .drawings import Drawing, HaloPath, Names, PreviewDrawing, missing_brush
+from .drawings import (
+    Argb,
+    Drawing,
+    HaloPath,
+    Names,
+    PixelItem,
+    Pixels,
+    PointsItem,
+    PreviewDrawing,
+    ScreenItem,
+    missing_brush,
+)
 from .layers import Layer
-from .pixel_items import Argb, PixelItem, Pixels, PointsItem, ScreenItem, changed_box, greyed, packed, rgb_pixels
 from .screen_layers import Sampling, stripes
 
 EVERYWHERE: Box = slice(None), slice(None)
@@ -324,3 +336,35 @@ def _arrays(layer: Layer) -> list[NDArray[Any]]:
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
     return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]
+
+
+def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
+    """Pack colour, uint8 (H, W, 3), red first."""
+    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+    return pixels
+
+
+def packed(table: NDArray[np.uint8]) -> Pixels:
+    """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
+    colours = table.astype(np.uint32)
+    alpha = colours[:, 3]
+    red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
+    return ((alpha << 24) | (blue << 16) | (green << 8) | red).astype(np.uint32)
+
+
+def greyed(colours: Pixels) -> Pixels:
+    """Desaturate opaque or transparent colours, slightly towards mid-grey."""
+    red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
+    grey = (red * 2 + green * 5 + blue) // 8
+    faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
+    mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
+    return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
+
+
+def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
+    """Smallest box (rows, columns) that contains all differences of two arrays (H, W); None if equal (NaN == NaN).
+
+    Both have the same shape and type: float32, or one without NaN.
+    """
+    plain = np.int32 if before.dtype == np.float32 else before.dtype
+    return bounds(before.view(plain) != after.view(plain))

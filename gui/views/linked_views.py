@@ -21,9 +21,8 @@ from .colour_ranges import ColourRanges
 from .colours import FULL
 from .image_view import ImageView
 from .interaction import Preview
-from .layouts import CELLS
+from .layouts import CELLS, Sheet
 from .navigation import Navigation, ViewTransform
-from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
 from .view_data import READ, Before, FormerState, ShownStage, ViewData

@@ -16,7 +16,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, QSizeF
 from ilf.data.label_map import Box, whole
 from ilf.segmentation.editing.patches import grown
 
-from .pixel_items import Argb
+from .drawings import Argb
 
 # The mapping of image pixels to screen pixels, for lines and stripes with the same width at every zoom.
 

@@ -14,8 +14,8 @@ from ilf.drawing.blocks import inner_points
 from ..state.document import Document
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
-from .image_view import ImageView
-from .pixel_items import Argb, Pixels, packed
+from .drawings import Argb, Pixels
+from .image_view import ImageView, packed
 from .screen_layers import BlockLines, Sampling
 from .view_data import ViewData, colour_table
 

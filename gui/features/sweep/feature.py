@@ -32,7 +32,7 @@ from ...base import theme
 from ...state.parts import Part
 from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
-from ...views.pixel_items import rgb_image
+from ...views.drawings import rgb_image
 from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
 from ...work.frame_runs import RunState
 from ..context import Context

@@ -128,11 +128,6 @@ class CloudDrawing(QObject):
         if not self.is_full:
             self._rest.start()
 
-    @property
-    def busy(self) -> bool:
-        """Whether the full picture is pending."""
-        return self._rest.isActive() or self._whole.busy
-
     def _draw_now(self, look: Look) -> None:
         side, count = detail(len(self.scene), look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
