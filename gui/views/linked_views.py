@@ -22,7 +22,7 @@ from .colours import FULL
 from .image_view import ImageView
 from .interaction import Preview
 from .layouts import CELLS, Sheet
-from .navigation import Navigation, ViewTransform
+from .navigation import Navigation
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
 from .view_data import READ, Before, FormerState, ShownStage, ViewData
@@ -73,20 +73,18 @@ class LinkedViews(Themed, QWidget):
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
-        self._transform = ViewTransform()
         self.data = ViewData(workspace)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
         self.cells = {name: Cell(content, self._handle, self.data) for name, (_, content) in CELLS.items()}
         self._views = [cell.view for cell in self.cells.values()]
         self.blocks = ShownBlocks(workspace, self.data, self._views)
-        self.navigation = Navigation(self._transform, self._views, self)
+        self.navigation = Navigation(self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
         self.ranges = ColourRanges(self.data, self)
         self.ranges.changed.connect(self._follow_ranges)
-        self.sides = SideComparison(self.data, self.cells.values(), self)
-        self.sides.changed.connect(self._follow_sides)
+        self.sides = SideComparison(self.data, self.cells.values(), self._follow_sides)
 
         self._empty = QWidget()
         self.sheet = Sheet(self.cells)
@@ -101,7 +99,6 @@ class LinkedViews(Themed, QWidget):
             cell.view.resized.connect(self._fit_views)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.navigation.cursorMoved.connect(self._move_cursor)
-        self.navigation.transformChanged.connect(self._show_transform)
         self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
@@ -130,14 +127,11 @@ class LinkedViews(Themed, QWidget):
             self._pages.setCurrentWidget(self._empty)
             return
         height, width = frame.shape
-        self._transform.set_frame(width, height)
         self.navigation.set_frame((width, height))
-        for view in self._views:
-            view.set_frame_size(width, height)
         self.sides.set_frame(width, height)
         self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self.sheet)
-        self.sheet.set_aspect(self._transform.aspect)
+        self.sheet.set_aspect(self.navigation.transform.aspect)
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
@@ -285,34 +279,34 @@ class LinkedViews(Themed, QWidget):
 
     def fit(self) -> None:
         """Show the whole frame."""
-        self._transform.fit()
-        self._show_transform()
+        self.navigation.transform.fit()
+        self.navigation.show_place()
 
     def one_to_one(self) -> None:
         """Show one image pixel per device pixel around the current centre."""
-        self._transform.set_scale(1 / self.devicePixelRatioF())
-        self._show_transform()
+        self.navigation.transform.set_scale(1 / self.devicePixelRatioF())
+        self.navigation.show_place()
 
     def zoom_to(self, rows: slice, columns: slice) -> None:
         """Show a box of the image with some margin around it."""
-        self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
-        self._show_transform()
+        self.navigation.transform.show(columns.start, rows.start, columns.stop, rows.stop)
+        self.navigation.show_place()
 
     @property
     def place(self) -> tuple[float, float, float] | None:
         """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
-        transform = self._transform
+        transform = self.navigation.transform
         return None if transform.fitted else (transform.x, transform.y, transform.scale)
 
     def set_place(self, x: float, y: float, scale: float) -> None:
         """Show a place of the frame, as returned by `place`."""
-        self._transform.look_at(x, y, scale)
-        self._show_transform()
+        self.navigation.transform.look_at(x, y, scale)
+        self.navigation.show_place()
 
     @property
     def pixel_size(self) -> float:
         """Image pixels per screen pixel in a large view."""
-        return 1 / self._transform.scale
+        return 1 / self.navigation.transform.scale
 
     def _update_places(self) -> None:
         """Update cursor and sizes after cells were moved or others are shown."""
@@ -327,15 +321,10 @@ class LinkedViews(Themed, QWidget):
         """Apply the transform to views of their current size."""
         views = self._shown_views
         sizes = [view.viewport().size() for view in views]
-        self._transform.set_view(sizes[0].width(), sizes[0].height())
+        self.navigation.transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):
-            view.share = self._transform.share(size.width(), size.height())
-        self._show_transform()
-
-    def _show_transform(self) -> None:
-        for view in self._views:
-            view.show_place(self._transform.x, self._transform.y, self._transform.scale)
-        self.navigation.follow(self._shown_views)
+            view.share = self.navigation.transform.share(size.width(), size.height())
+        self.navigation.show_place()
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self.sheet.shown:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
@@ -135,17 +135,15 @@ class Navigation(QObject):
         Pixel (x, y) under the pointer, or None off the image; sent when it changes.
     contextMenuRequested(QPoint, float, float)
         Position on the screen and in the image.
-    transformChanged()
-        The transform was panned or zoomed.
     """
 
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
-    transformChanged = Signal()
 
-    def __init__(self, transform: ViewTransform, views: Sequence[ImageView], parent: QObject) -> None:
+    def __init__(self, views: Sequence[ImageView], parent: QObject) -> None:
         super().__init__(parent)
-        self._transform = transform
+        self.transform = ViewTransform()
+        """Where all views look; after a change, `show_place`."""
         self._views = views
         self._frame: tuple[int, int] | None = None
         self._handler: PointerHandler | None = None
@@ -159,8 +157,12 @@ class Navigation(QObject):
         self._space = False
 
     def set_frame(self, size: tuple[int, int] | None) -> None:
-        """Set width and height of the frame; None for no frame, which disables the mouse."""
+        """Set width and height of the frame, and show all of it; None for no frame, which disables the mouse."""
         self._frame = size
+        if size is not None:
+            self.transform.set_frame(*size)
+            for view in self._views:
+                view.set_frame_size(*size)
         self._drag = _Drag.NONE
         self._pointer = None
         self.point_at(None)
@@ -237,8 +239,8 @@ class Navigation(QObject):
                 return True
         self._pointer = event.globalPosition()
         point = view.to_image(event.position())
-        self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
-        self.transformChanged.emit()
+        self.transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
+        self.show_place()
         return True
 
     def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
@@ -256,14 +258,14 @@ class Navigation(QObject):
             self._pan(-PAN_STEP * right, -PAN_STEP * down)
             return True
         if key in _ZOOM_KEYS and not modifiers & ~Qt.KeyboardModifier.ShiftModifier:
-            self._transform.zoom(_ZOOM_KEYS[key], self._transform.x, self._transform.y)
-            self.transformChanged.emit()
+            self.transform.zoom(_ZOOM_KEYS[key], self.transform.x, self.transform.y)
+            self.show_place()
             return True
         return False
 
     def _pan(self, dx: float, dy: float) -> None:
-        self._transform.pan(dx, dy)
-        self.transformChanged.emit()
+        self.transform.pan(dx, dy)
+        self.show_place()
 
     def _send(
         self,
@@ -306,11 +308,14 @@ class Navigation(QObject):
         """Take the mouse for elsewhere until it moves: the crosshair is put by others."""
         self._pointer = None
 
-    def follow(self, views: Iterable[ImageView]) -> None:
-        """Update the pixel under the pointer after these views were panned, zoomed or moved."""
+    def show_place(self) -> None:
+        """Pan and zoom all views, and update the pixel under the pointer."""
+        for view in self._views:
+            view.show_place(self.transform.x, self.transform.y, self.transform.scale)
         if self._pointer is None:
             return
-        places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in views)
+        shown = (view for view in self._views if view.isVisible())
+        places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in shown)
         there = ((view, place) for view, place in places if view.viewport().rect().contains(place.toPoint()))
         self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 
