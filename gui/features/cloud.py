@@ -20,7 +20,7 @@ from ..views.cloud.scene import CloudRequest, ColourBy, Mark, Scene, compose, si
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, content_of
-from ..views.view_data import ShownDepth, colour_table
+from ..views.view_data import MarkedDepth, colour_table
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 
@@ -183,7 +183,7 @@ class CloudFeature(Feature):
     def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
         """The layer of a content of the images for this depth, in their colour ranges."""
         data = copy(self._views.data)
-        data.result, data.expected, data.error_is_outdated = ShownDepth(depth), document.expected_error(), False
+        data.result, data.expected, data.error_is_outdated = MarkedDepth(depth), document.expected_error(), False
         data.swipe_column, data.shows_a_as_result = None, False
         data.ranges = {kind: self._range(kind) for kind in KINDS}
         data.colours = shades

@@ -29,8 +29,8 @@ from .view_data import (
     RUNS,
     SIDES,
     Depth,
+    MarkedDepth,
     Mask,
-    ShownDepth,
     Spectrum,
     ViewData,
     capital,
@@ -278,11 +278,13 @@ def stage(data: ViewData, name: str) -> Layer:
         return Layer(message=board.message, text=board.text, legend=legend)
     if picture.ndim == 3:
         return Layer((picture,), picture=lambda: picture, text=board.text, legend=legend)
-    return Layer((picture,), _strength, table=strength_table(), text=board.text, legend=legend)
-
-
-def _strength(indices: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan))
+    return Layer(
+        (picture,),
+        lambda indices: np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan)),
+        table=strength_table(),
+        text=board.text,
+        legend=legend,
+    )
 
 
 _BAND = 90, 230, 255
@@ -339,16 +341,16 @@ def depth(data: ViewData, name: str) -> Layer:
     )
 
 
-def _depth_shown(data: ViewData, name: str) -> ShownDepth | None:
+def _depth_shown(data: ViewData, name: str) -> MarkedDepth | None:
     """The depth to draw; depth in includes invalid depth, under its stripes."""
     if name == "depth-in":
-        return None if data.frame is None else ShownDepth(data.frame.measured)
+        return None if data.frame is None else MarkedDepth(data.frame.measured)
     column = data.swipe_column
     swiped = data.swiped(column) if name == "result" and column is not None else None
     return data.depth(name) if swiped is None else swiped
 
 
-def _stale_pixels(shown: ShownDepth) -> Mask:
+def _stale_pixels(shown: MarkedDepth) -> Mask:
     return np.zeros(shown.depth.shape, bool) if shown.stale is None else shown.stale
 
 
@@ -455,7 +457,7 @@ def expected(data: ViewData, name: str) -> Layer:
         return Layer(message=waiting, legend=legend)
     sampled = sample(error) * _MM
     low, high = levels_of(data, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
-    stale = _stale_pixels(data.result or ShownDepth(error))
+    stale = _stale_pixels(data.result or MarkedDepth(error))
     current = "of the current result" if data.moment else ""
     return Layer(
         (error, frame.own_depth),

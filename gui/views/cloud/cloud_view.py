@@ -68,12 +68,9 @@ class DepthClip(QWidget):
         start, end = self._bounds
         nearest = start + near / _STEPS * (end - start) if near > 0 else -math.inf
         farthest = start + far / _STEPS * (end - start) if far < _STEPS else math.inf
-        self._set(nearest, farthest)
-
-    def _set(self, low: float, high: float) -> None:
-        self.depths = low, high
+        self.depths = nearest, farthest
         self._show()
-        self.changed.emit(low, high)
+        self.changed.emit(nearest, farthest)
 
     def _show(self) -> None:
         start, end = self._bounds
