@@ -16,7 +16,7 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.cloud.scene import CloudRequest, ColourBy, Mark, Scene, compose, signed_table
+from ..views.cloud.scene import ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, content_of
@@ -49,8 +49,8 @@ class CloudFeature(Feature):
         self._cloud = cloud = context.cloud
         self._views = views = context.views
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
-        self._request: CloudRequest | None = None
-        self._made: tuple[CloudRequest, Scene] | None = None
+        self._request: Scene | None = None
+        self._made: Scene | None = None
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
         """The last depth, the proposal, and the depth with it."""
         self._seen = ""
@@ -119,7 +119,7 @@ class CloudFeature(Feature):
             asked, made = self._request, self._made
             if asked is None or (request.geometry, request.look) != (asked.geometry, asked.look):
                 self._request = request
-                before = made[1] if made is not None and request.geometry == made[0].geometry else None
+                before = made if made is not None and request.geometry == made.geometry else None
                 self.requests.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
@@ -128,7 +128,7 @@ class CloudFeature(Feature):
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
 
-    def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
+    def _present_request(self, document: Document, intrinsics: Camera) -> Scene:
         completion, by = document.completion(), self._cloud.colour_by
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
@@ -165,7 +165,7 @@ class CloudFeature(Feature):
             notes = {ColourBy.COLOUR: "", ColourBy.FILLED: "image colours where measured"}
             note, rgb = notes.get(by, "image colours until it is computed"), document.frame.rgb
             layer = Layer((rgb,), picture=lambda: rgb)
-        return CloudRequest(
+        return Scene(
             document.key,
             intrinsics,
             depth,
@@ -215,10 +215,10 @@ class CloudFeature(Feature):
             self._blocks = labels, colour_table(document, int(labels.max())), labels == 0
         return self._blocks
 
-    def _take(self, request: CloudRequest, scene: Scene) -> None:
+    def _take(self, request: Scene, scene: Scene) -> None:
         if self._request is None or request.key != self._request.key:
             return
-        self._made = request, scene
+        self._made = scene
         if len(scene):
             self._cloud.show_scene(scene, reset=request.key != self._seen)
             self._seen = request.key
@@ -233,13 +233,14 @@ class CloudFeature(Feature):
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
-        layer = self._made[1].layer if self._made is not None and self._shows_present() else None
-        self._cloud.bar.set_value(None if pixel is None or layer is None else layer.value_at(*pixel, layer.parts))
+        layer = self._made.layer if self._made is not None and self._shows_present() else Layer()
+        value = layer.value_at(*pixel, layer.parts) if pixel is not None and layer.has_values else None
+        self._cloud.bar.set_value(value)
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""
         made = self._made
-        return made is not None and self._workspace.has_current and self._workspace.current.key == made[0].key
+        return made is not None and self._workspace.has_current and self._workspace.current.key == made.key
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():

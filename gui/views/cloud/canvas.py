@@ -31,7 +31,7 @@ from ...base.theme import Colours
 from ..drawings import write_on_plate
 from ..interaction import ARROWS
 from .drawing import CloudDrawing
-from .scene import Scene, empty_scene
+from .scene import Scene
 
 # Overlays of a cloud: axes, mark, lines.
 
@@ -166,7 +166,7 @@ class CloudCanvas(QWidget):
     def set_message(self, text: str) -> None:
         """Show a text in place of a cloud."""
         self.message = text
-        self.drawing.set_scene(empty_scene())
+        self.drawing.set_scene(Scene())
         self._set_pixel(None)
         self.update()
 

@@ -127,12 +127,10 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        request = scene.request
-        self.strip.set_title("" if request is None else request.title)
-        note = "" if request is None else request.note
-        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", note))))
+        self.strip.set_title(scene.title)
+        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
         self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
-        self.bar.set_unit("" if request is None else request.unit)
+        self.bar.set_unit(scene.unit)
         self.bar.show_layer(scene.layer)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
