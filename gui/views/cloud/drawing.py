@@ -146,8 +146,13 @@ class CloudDrawing(QObject):
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
             spacing = scene.spacing * math.sqrt(total / count)
-            points, pixels, colours = (array[some] for array in (scene.points, scene.pixels, scene.colours))
-            self._subset = replace(scene, points=points, pixels=pixels, colours=colours, spacing=spacing)
+            self._subset = replace(
+                scene,
+                points=scene.points[some],
+                pixels=scene.pixels[some],
+                colours=scene.colours[some],
+                spacing=spacing,
+            )
         return self._subset
 
     def _ask_whole(self) -> None:
