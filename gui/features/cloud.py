@@ -57,7 +57,7 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
-        cloud.canvas.failed.connect(self.fail)
+        cloud.canvas.drawing.failed.connect(self.fail)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)

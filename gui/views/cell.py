@@ -36,7 +36,6 @@ class Cell(QWidget):
         self.concrete = ""
         self.strip = TitleStrip()
         self.view = ImageView(on_event)
-        self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
         self._legend: Legend = []
@@ -78,8 +77,8 @@ class Cell(QWidget):
             return
         self.concrete = concrete
         content = content_of(concrete)
-        self._show(Layer())
         self.strip.set_title(title_of(concrete, self._data))
+        self._show(Layer())
         self.bar.set_unit(content.unit)
         self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
@@ -128,6 +127,7 @@ class Cell(QWidget):
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
         self.bar.show_layer(layer)
+        self.view.setAccessibleName(self.strip.title)
         self.view.draw(layer)
 
     def showEvent(self, event: QShowEvent) -> None:
