@@ -181,10 +181,6 @@ class LinkedViews(Themed, QWidget):
         for cell in self.cells.values():
             cell.show_stripes()
 
-    @property
-    def _shown_views(self) -> list[ImageView]:
-        return [cell.view for cell in self.sheet.shown]
-
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
         if self.data.ranges["depth"].mode == FULL and (not changed or "result" in changed):
@@ -319,7 +315,7 @@ class LinkedViews(Themed, QWidget):
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
-        views = self._shown_views
+        views = [cell.view for cell in self.sheet.shown]
         sizes = [view.viewport().size() for view in views]
         self.navigation.transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):

@@ -80,11 +80,6 @@ class Curve:
         return table
 
     @property
-    def known(self) -> Sequence[IterationRecord]:
-        """The records of these iterations."""
-        return self.records[: self.count]
-
-    @property
     def count(self) -> int:
         """Number of iterations."""
         return len(self._table)

@@ -13,7 +13,6 @@ from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import length_text
-from ilf.data.results import IterationRecord
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out
@@ -112,16 +111,6 @@ class CurvesPanel(Themed, QWidget):
         self._show_axis()
 
     # what is shown
-
-    @property
-    def records(self) -> Sequence[IterationRecord]:
-        """The records of the first curve."""
-        return self._curves[0].known if self._curves else []
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the curves."""
-        return [curve.name for curve in self._curves]
 
     @property
     def hint(self) -> str:
