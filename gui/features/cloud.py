@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QBrush, QColor
+from PySide6.QtGui import QColor
 
 from ilf.data.camera import Camera
 
@@ -16,11 +16,11 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.cloud.scene import CloudRequest, ColourBy, Mark, Scene, compose, signed_table
+from ..views.cloud.scene import ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
-from ..views.layers import Layer, Look, content_of
-from ..views.view_data import ShownDepth, colour_table
+from ..views.layers import Layer, content_of
+from ..views.view_data import MarkedDepth, colour_table
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 
@@ -49,15 +49,15 @@ class CloudFeature(Feature):
         self._cloud = cloud = context.cloud
         self._views = views = context.views
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
-        self._request: CloudRequest | None = None
-        self._made: tuple[CloudRequest, Scene] | None = None
+        self._request: Scene | None = None
+        self._made: Scene | None = None
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
         """The last depth, the proposal, and the depth with it."""
         self._seen = ""
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
-        cloud.canvas.failed.connect(self.fail)
+        cloud.canvas.drawing.failed.connect(self.fail)
         views.cursorMoved.connect(self._show_value)
         views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
@@ -76,7 +76,8 @@ class CloudFeature(Feature):
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
-        """Show the point cloud in place of the images, or the images again."""
+        """Show the point cloud in place of the images, also if it is beside them, or the images again."""
+        self.context.actions["cloud_beside"].setChecked(False)
         tabs = self.context.centre.tabs
         tabs.setCurrentIndex(1 - tabs.currentIndex())
 
@@ -118,7 +119,7 @@ class CloudFeature(Feature):
             asked, made = self._request, self._made
             if asked is None or (request.geometry, request.look) != (asked.geometry, asked.look):
                 self._request = request
-                before = made[1] if made is not None and request.geometry == made[0].geometry else None
+                before = made if made is not None and request.geometry == made.geometry else None
                 self.requests.ask(partial(compose, request, before), partial(self._take, request))
 
     def _turn(self) -> None:
@@ -127,7 +128,7 @@ class CloudFeature(Feature):
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
 
-    def _present_request(self, document: Document, intrinsics: Camera) -> CloudRequest:
+    def _present_request(self, document: Document, intrinsics: Camera) -> Scene:
         completion, by = document.completion(), self._cloud.colour_by
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
@@ -164,7 +165,7 @@ class CloudFeature(Feature):
             notes = {ColourBy.COLOUR: "", ColourBy.FILLED: "image colours where measured"}
             note, rgb = notes.get(by, "image colours until it is computed"), document.frame.rgb
             layer = Layer((rgb,), picture=lambda: rgb)
-        return CloudRequest(
+        return Scene(
             document.key,
             intrinsics,
             depth,
@@ -182,10 +183,11 @@ class CloudFeature(Feature):
     def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
         """The layer of a content of the images for this depth, in their colour ranges."""
         data = copy(self._views.data)
-        data.result, data.expected, data.error_is_outdated = ShownDepth(depth), document.expected_error(), False
+        data.result, data.expected, data.error_is_outdated = MarkedDepth(depth), document.expected_error(), False
         data.swipe_column, data.shows_a_as_result = None, False
         data.ranges = {kind: self._range(kind) for kind in KINDS}
-        found = content_of(content).find(data, content, Look(shades, QBrush()))
+        data.colours = shades
+        found = content_of(content).find(data, content)
         # in the images, zero is close to the background, where a surface without error would be invisible
         return replace(found, table=signed_table()) if content_of(content).range_kind == "signed" else found
 
@@ -213,10 +215,10 @@ class CloudFeature(Feature):
             self._blocks = labels, colour_table(document, int(labels.max())), labels == 0
         return self._blocks
 
-    def _take(self, request: CloudRequest, scene: Scene) -> None:
+    def _take(self, request: Scene, scene: Scene) -> None:
         if self._request is None or request.key != self._request.key:
             return
-        self._made = request, scene
+        self._made = scene
         if len(scene):
             self._cloud.show_scene(scene, reset=request.key != self._seen)
             self._seen = request.key
@@ -231,13 +233,14 @@ class CloudFeature(Feature):
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
-        layer = self._made[1].layer if self._made is not None and self._shows_present() else None
-        self._cloud.bar.set_value(None if pixel is None or layer is None else layer.value_at(*pixel, layer.parts))
+        layer = self._made.layer if self._made is not None and self._shows_present() else Layer()
+        value = layer.value_at(*pixel, layer.parts) if pixel is not None and layer.has_values else None
+        self._cloud.bar.set_value(value)
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""
         made = self._made
-        return made is not None and self._workspace.has_current and self._workspace.current.key == made[0].key
+        return made is not None and self._workspace.has_current and self._workspace.current.key == made.key
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():

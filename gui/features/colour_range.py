@@ -223,7 +223,7 @@ class ColourRange(Panel):
 
     def _show_range(self, one: Range, levels: Levels) -> None:
         """Show the range of the present kind over the values of the view."""
-        self.histogram.show_values(self.context.views.ranged.picture.values(), levels, self.kind, one.locked)
+        self.histogram.show_values(self.context.views.ranged.view.values(), levels, self.kind, one.locked)
         self.mode.setCurrentIndex(self.mode.findData(one.mode))
         for number, level in zip((self.low, self.high), levels, strict=True):
             with QSignalBlocker(number):
@@ -267,10 +267,10 @@ class ColourRange(Panel):
         """Set the colour range to the values of the selected blocks, or of the visible part of the view."""
         cell, document = self.context.views.ranged, self.context.workspace.current
         kind, box = cell.range_kind, cell.view.visible_box()
-        of_blocks = cell.picture.values(np.isin(document.labels, document.selected))
+        of_blocks = cell.view.values(np.isin(document.labels, document.selected))
         found = None if of_blocks is None else range_of(of_blocks, kind)
         where = "the view" if found is None else "the selected blocks"
-        seen = cell.picture.values(box) if found is None else None
+        seen = cell.view.values(box) if found is None else None
         levels = range_of(seen, kind) if seen is not None else found
         if levels is None:
             self.context.notes.show_message(f"{cell.strip.title} has no different values in the view.")

@@ -32,7 +32,7 @@ from ..state.document import Document
 from ..state.parts import Part
 from ..views.drawings import HaloPath, PreviewDrawing
 from ..views.interaction import Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context

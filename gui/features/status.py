@@ -15,7 +15,7 @@ from ilf.data.frame import RGBDFrame
 from ..state.parts import Part
 from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
-from ..views.view_data import FLICKERS, ShownDepth
+from ..views.view_data import FLICKERS, MarkedDepth
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
@@ -225,7 +225,7 @@ class StatusFeature(Feature):
             return f"invalid {_metres(float(frame.measured[y, x]))}"
         return f"in {_metres(depth)}"
 
-    def _completed(self, result: ShownDepth, depth_in: float, x: int, y: int) -> list[str]:
+    def _completed(self, result: MarkedDepth, depth_in: float, x: int, y: int) -> list[str]:
         """Return the depth out, what it is, and its difference from depth in."""
         document, depth = self._data.document, float(result.depth[y, x])
         proposal = None if document is None else document.proposal

@@ -11,9 +11,9 @@ from functools import partial
 from ilf.segmentation.editing.patches import LabelPatch, Labels
 
 from ..state.document import Document
-from ..views.interaction import PointerEvent, Preview
+from ..views.interaction import PointerEvent
 from .base import Host, Point, Press, line_path
-from .line import LineTool, Snap, Stretch, nearest, off_line, preview_of_patch, touches
+from .line import LineTool, Snap, Stretch, effect_of, nearest, off_line, touches
 
 _SLACK = 4.0
 """Maximum distance of a free line from the straight lines between its points [screen pixels]."""
@@ -150,14 +150,8 @@ class _Applied:
     step: int | None
 
 
-@dataclass(frozen=True, eq=False)
-class _Grip:
-    """A point of the line that is held; `line` has it, and `added` says whether it was added by the press."""
-
-    line: AdjustableLine
-    corner: int
-    added: bool
-    removes: bool
+_Grip = tuple[AdjustableLine, int, bool]
+"""A line that has a point which is held, the point, and whether it is removed unless it is dragged."""
 
 
 class AdjustableTool(LineTool):
@@ -258,11 +252,10 @@ class AdjustableTool(LineTool):
 
     @staticmethod
     def _gripped(line: AdjustableLine, event: PointerEvent) -> _Grip | None:
+        """Return the point of a line under a press, or one that is added there; None beside the line."""
         corner = nearest(line.corners, event)
-        if corner is not None:
-            return _Grip(line, corner, False, event.opposite)
-        divided = line.divided(event)
-        return None if divided is None else _Grip(*divided, True, False)
+        held = line.divided(event) if corner is None else (line, corner)
+        return None if held is None else (*held, corner is not None and event.opposite)
 
     def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
         """Move the point that is held, or draw."""
@@ -271,7 +264,7 @@ class AdjustableTool(LineTool):
             return super()._drag(press, event, host)
         if press.follow(event):
             self._pixel = event.pixel
-            line = grip.line.moved(grip.corner, (event.x, event.y), event.shift, self._snap(host))
+            line = grip[0].moved(grip[1], (event.x, event.y), event.shift, self._snap(host))
             self._show_line(line, host)
             find = partial(self.change, applied.before, line.points, applied.document)
             host.run_in_background(find, partial(self._preview, line, host))
@@ -283,19 +276,19 @@ class AdjustableTool(LineTool):
         if grip is None or applied is None:
             self.draw(press, event, host)
             return
-        self._grip = self._line_preview = None
+        self._grip = self._effect = None
+        line, corner, removes = grip
         snap = self._snap(host)
         if press.drags:
-            line = grip.line.moved(grip.corner, (event.x, event.y), event.shift, snap)
-            self._put(replace(applied, line=line), host)
-        elif grip.removes:
-            fewer = grip.line.without(grip.corner, snap)
+            self._put(replace(applied, line=line.moved(corner, (event.x, event.y), event.shift, snap)), host)
+        elif removes:
+            fewer = line.without(corner, snap)
             if fewer is None:
                 host.show_message("The line needs its last points. Esc drops it.")
             else:
                 self._put(replace(applied, line=fewer), host)
-        elif grip.added:
-            self._keep(replace(applied, line=grip.line), host)
+        elif line is not applied.line:  # a point was added
+            self._keep(replace(applied, line=line), host)
 
     def _is_last(self, applied: _Applied, host: Host) -> bool:
         """Return whether nothing else was done since the line was applied."""
@@ -307,9 +300,8 @@ class AdjustableTool(LineTool):
 
     def _preview(self, line: AdjustableLine, host: Host, patch: LabelPatch | None) -> None:
         if self._grip is not None:
-            self._line_preview = preview_of_patch(host.document, patch)
+            self._effect = effect_of(host.document, patch)
             self._show_line(line, host)
 
     def _show_line(self, line: AdjustableLine, host: Host) -> None:
-        path = None if self._line_preview is None else self._line_preview.path
-        host.show_preview(Preview(line_path(line.points, line.closed), line.corners, line_preview=path))
+        self._show_path(line_path(line.points, line.closed), line.corners, host)

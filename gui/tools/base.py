@@ -9,15 +9,17 @@ from typing import Protocol, TypeVar
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
+from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch, Labels
+from ilf.segmentation.editing.snapping import border_evidence, similar_pixels
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from .edge_data import EdgeData
 
 # Options of the tools, shared by all tools while the program runs.
 
@@ -60,6 +62,36 @@ class ToolOptions:
         """Change the brush size by steps, which grow with the size."""
         nearest = min(range(len(BRUSH_RADII)), key=lambda k: abs(BRUSH_RADII[k] - self.brush_radius))
         self.brush_radius = BRUSH_RADII[min(max(nearest + steps, 0), len(BRUSH_RADII) - 1)]
+
+
+# Data of a frame that the tools need beside its blocks.
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeData:
+    """Edges and regions of a frame.
+
+    Attributes
+    ----------
+    frame : RGBDFrame
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1].
+    regions : ndarray of int32, shape (H, W)
+        The regions that the extraction merges into blocks.
+    evidence : ndarray of float32, shape (H, W)
+        Evidence for a border, to which drawn lines snap.
+    """
+
+    frame: RGBDFrame
+    strength: NDArray[np.float32]
+    regions: NDArray[np.int32]
+    evidence: NDArray[np.float32]
+
+    @staticmethod
+    def of(frame: RGBDFrame, strength: NDArray[np.float32], regions: NDArray[np.int32]) -> EdgeData:
+        """Return the data of a frame with known edges and regions."""
+        similar_pixels(frame, strength, 0, 0)  # computes and caches what it needs of the whole frame
+        return EdgeData(frame, strength, regions, border_evidence(frame, strength))
 
 
 Point = tuple[float, float]

@@ -77,7 +77,7 @@ class OutlineTool(AdjustableTool):
     @property
     def hint(self) -> str:
         """Hint: what a drag, a click or a key would do."""
-        close = "close" if self._line_preview is None else self._line_preview.text
+        close = "close" if self._effect is None else self._effect[0]
         if self._by_clicks and not self.adjust_hint:
             return f"Click: next corner | Shift: straight | Enter or double-click: {close} | Backspace: remove last"
         idle = "Drag or click corners: make the inside a new block | Ctrl: add it to the selected block"

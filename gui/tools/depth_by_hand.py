@@ -17,7 +17,7 @@ from ilf.segmentation.editing.patches import unlocked_pixels, values_at
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import Host, check_unlocked
 from .brush import Mask, StrokeTool, brush_preview
 

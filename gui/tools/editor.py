@@ -9,10 +9,12 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from ilf._runtime.formatting import grouped
+from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import count_slivers, tidied
 from ilf.segmentation.editing.patches import LabelPatch
+from ilf.segmentation.extraction import extract
 
 from ..state.document import Document
 from ..state.parts import Part
@@ -20,8 +22,7 @@ from ..state.workspace import Workspace
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
-from .base import Result, Tool, ToolOptions
-from .edge_data import EdgeData, find_edge_data
+from .base import EdgeData, Result, Tool, ToolOptions
 from .kinds import KINDS, make_tools
 
 
@@ -207,11 +208,8 @@ class Editor(QObject):
         if of != self._edges_of:
             self._edges_of, self._edge_data = of, None
             self._edge_requests.forget()
-            self._edge_requests.ask(partial(find_edge_data, of[0].frame, of[1]), self._take_edge_data)
+            self._edge_requests.ask(partial(_find_edges, of[0].frame, of[1]), partial(setattr, self, "_edge_data"))
         return self._edge_data
-
-    def _take_edge_data(self, edge_data: EdgeData) -> None:
-        self._edge_data = edge_data
 
     def commit(self, patch: LabelPatch | None, text: str, label: int = 0) -> LabelPatch | None:
         """Make a change of the label map, with what it would leave behind, one undo step."""
@@ -294,6 +292,12 @@ class Editor(QObject):
         )
         if left > there:
             self.slivers_left.emit(left - there)
+
+
+def _find_edges(frame: RGBDFrame, parameters: BlockParameters) -> EdgeData:
+    """Find the edges and regions of a frame by an extraction, for which its edges are cached."""
+    extraction = extract(frame, parameters)
+    return EdgeData.of(frame, extraction.strength, extraction.contracted)
 
 
 def sliver_size(pixels: int) -> int:

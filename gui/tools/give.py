@@ -16,7 +16,7 @@ from ilf.segmentation.editing.painting import give
 from ilf.segmentation.editing.patches import LabelPatch, Labels, values_at
 
 from ..views.interaction import PointerEvent, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import Host, Point, Press, around, check_unlocked, crossed, is_thick
 from .line import LineTool, tell_if_apart
 

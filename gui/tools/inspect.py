@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ilf.data.label_map import Box
 from ilf.evaluation.measuring import Line, point_in_space
@@ -215,7 +217,11 @@ def _shifted(line: Line, by: Point, shape: tuple[int, int]) -> Line:
 # The rectangle for statistics and errors.
 
 
-class RectangleTool(ShapeTool[Box, frozenset[str]]):
+Sides = NDArray[np.float64]
+"""Numbers of the left, right, upper and lower side."""
+
+
+class RectangleTool(ShapeTool[Box, Sides]):
     """Draw a rectangle for statistics and errors.
 
     Dragging a side or a corner resizes it, dragging its inside moves it.
@@ -224,54 +230,37 @@ class RectangleTool(ShapeTool[Box, frozenset[str]]):
     name, part = "region", Part.REGION
     hint = "Drag: rectangle for statistics | drag its sides or inside: change it | Esc: remove it"
 
-    def grip(self, shape: Box, event: PointerEvent) -> frozenset[str] | None:
-        """Return the sides under a press: all of them from inside, none from outside."""
-        return _grip(_sides(shape), event)
+    def grip(self, shape: Box, event: PointerEvent) -> Sides | None:
+        """Return 1 for the sides under a press, for all of them inside, else 0; None outside."""
+        reach, taken = REACH * event.pixel, list[float]()
+        for at, span in ((event.x, shape[1]), (event.y, shape[0])):
+            if not span.start - reach <= at <= span.stop + reach:
+                return None
+            inside = min(reach, (span.stop - span.start) / 4)  # so that a small rectangle keeps an inside
+            is_low = at < span.start + inside
+            taken += [is_low, not is_low and at > span.stop - inside]
+        return np.array(taken if any(taken) else [1] * 4, float)
 
     def dragged(self, press: Press, event: PointerEvent, frame: tuple[int, int]) -> Box:
         """Return the rectangle after a drag."""
-        x, y = press.point
-        if self._before is None or not self._grip:
+        (height, width), (x, y) = frame, press.point
+        if self._before is None or self._grip is None:
             # all pixels that the drag has touched
-            left, right = sorted((x, event.x))
-            top, bottom = sorted((y, event.y))
-            return _on_frame((math.floor(left), math.ceil(right)), (math.floor(top), math.ceil(bottom)), frame)
-        sides, by = _sides(self._before), {"x": event.x - x, "y": event.y - y}
-        if self._grip == _ALL:
-            by["x"] = min(max(round(by["x"]), -sides["left"]), frame[1] - sides["right"])
-            by["y"] = min(max(round(by["y"]), -sides["top"]), frame[0] - sides["bottom"])
-        sides |= {side: round(sides[side] + by[_ALONG[side]]) for side in self._grip}
-        return _on_frame((sides["left"], sides["right"]), (sides["top"], sides["bottom"]), frame)
+            (left, right), (top, bottom) = sorted((x, event.x)), sorted((y, event.y))
+            sides = np.array([math.floor(left), math.ceil(right), math.floor(top), math.ceil(bottom)])
+        else:
+            rows, columns = self._before
+            dx, dy = event.x - x, event.y - y
+            if self._grip.all():
+                dx = min(max(round(dx), -columns.start), width - columns.stop)
+                dy = min(max(round(dy), -rows.start), height - rows.stop)
+            before = np.array([columns.start, columns.stop, rows.start, rows.stop])
+            sides = np.round(before + self._grip * [dx, dx, dy, dy])
+        return _span(sides[2:], height), _span(sides[:2], width)
 
 
-_ALONG = {"left": "x", "right": "x", "top": "y", "bottom": "y"}
-_ALL = frozenset(_ALONG)
-
-
-def _sides(box: Box) -> dict[str, int]:
-    rows, columns = box
-    return {"left": columns.start, "right": columns.stop, "top": rows.start, "bottom": rows.stop}
-
-
-def _grip(sides: Mapping[str, int], event: PointerEvent) -> frozenset[str]:
-    """Return the sides under a press: all of them from inside, none from outside."""
-    reach, taken = REACH * event.pixel, set()
-    for at, low, high in ((event.x, "left", "right"), (event.y, "top", "bottom")):
-        if not sides[low] - reach <= at <= sides[high] + reach:
-            return frozenset()
-        inside = min(reach, (sides[high] - sides[low]) / 4)  # so that a small rectangle keeps an inside
-        if at < sides[low] + inside:
-            taken.add(low)
-        elif at > sides[high] - inside:
-            taken.add(high)
-    return frozenset(taken) or _ALL
-
-
-def _on_frame(across: tuple[int, int], down: tuple[int, int], shape: tuple[int, int]) -> Box:
-    """Return the box between sides in any order, of at least one pixel, on a frame of shape (H, W)."""
-    spans = []
-    for (low, high), size in zip(map(sorted, (down, across)), shape, strict=True):
-        low = min(max(low, 0), size - 1)
-        spans.append(slice(low, min(max(high, low + 1), size)))
-    rows, columns = spans
-    return rows, columns
+def _span(sides: NDArray[Any], size: int) -> slice:
+    """Return the pixels between two sides in any order, at least one, of `size` pixels."""
+    low, high = (int(side) for side in np.sort(sides))
+    low = min(max(low, 0), size - 1)
+    return slice(low, min(max(high, low + 1), size))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from ilf.segmentation.editing.snapping import snap
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import LARGEST_LEASH, Host, Point, Press, Tool, line_path
 
 # A line in progress: free, straight, or from click to click.
@@ -184,24 +184,12 @@ _NAMED = 2
 """Maximum number of pairs of blocks that are listed by name; more are counted."""
 
 
-@dataclass(frozen=True, eq=False)
-class LinePreview:
-    """The effect of a line if it ended now.
-
-    Attributes
-    ----------
-    text : str
-        Its description.
-    path : QPainterPath
-        Its dashed outline.
-    """
-
-    text: str
-    path: QPainterPath = field(default_factory=QPainterPath)
+Effect = tuple[str, QPainterPath]
+"""What would change: in words, and its outline, drawn dashed."""
 
 
-def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 0) -> LinePreview:
-    """Return the preview of a change of the label map: the moved pixels and their outline.
+def effect_of(document: Document, patch: LabelPatch | None, apart: int = 0) -> Effect:
+    """Return the effect of a change of the label map: the moved pixels and their outline.
 
     Parameters
     ----------
@@ -212,13 +200,13 @@ def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 
         Number of pixels that would be disconnected from the block that gets them.
     """
     if patch is None:
-        return LinePreview("no pixel changes")
+        return "no pixel changes", QPainterPath()
     changed = patch.before != patch.after
     moves = np.stack([patch.before[changed], patch.after[changed]], axis=1)
     pairs, counts = np.unique(moves, axis=0, return_counts=True)
     locked = sorted(document.locked & set(pairs.ravel().tolist()))
     if locked:
-        return LinePreview(f"{document.info(locked[0]).name} is locked")
+        return f"{document.info(locked[0]).name} is locked", QPainterPath()
     if len(pairs) > _NAMED:
         text = f"{grouped(int(counts.sum()))} px from {len(pairs)} blocks to {_name(document, int(pairs[0, 1]))}"
     else:
@@ -230,7 +218,7 @@ def preview_of_patch(document: Document, patch: LabelPatch | None, apart: int = 
     path = boundary_path(changed, columns.start, rows.start)
     if apart:
         text += f", {'' if apart == counts.sum() else f'{grouped(apart)} px of them '}disconnected from the rest of it"
-    return LinePreview(text, path)
+    return text, path
 
 
 def tell_if_apart(host: Host, label: int, apart: int, remedy: str = "") -> None:
@@ -261,22 +249,22 @@ class LineTool(Tool):
         self._by_clicks = False
         self._pixel = 1.0
         self._shown: list[Point] = []
-        self._line_preview: LinePreview | None = None
-        """Preview of the effect of the line, or of its shape a moment ago."""
+        self._effect: Effect | None = None
+        """Of the line, or of its shape a moment ago."""
 
     def look_ahead(self, line: list[Point], host: Host) -> Callable[[], Any]:
         """Return a function that computes the effect of a line, called in the background: the change of the label map
-        and the number of disconnected pixels, or what `line_preview` takes."""
+        and the number of disconnected pixels, or what `effect` takes."""
         raise NotImplementedError
 
-    def line_preview(self, answer: Any, host: Host) -> LinePreview:
-        """Return the preview from the result of the function from `look_ahead`: pixels that change their block."""
-        return preview_of_patch(host.document, *answer)
+    def effect(self, answer: Any, host: Host) -> Effect:
+        """Return the effect by the result of the function from `look_ahead`: pixels that change their block."""
+        return effect_of(host.document, *answer)
 
     @property
     def release_hint(self) -> str:
         """Hint: what a release would do; "" as long as that is not known."""
-        return f"Release: {self._line_preview.text} | Shift: straight | Esc: cancel" if self._line_preview else ""
+        return f"Release: {self._effect[0]} | Shift: straight | Esc: cancel" if self._effect else ""
 
     @property
     def busy(self) -> bool:
@@ -285,7 +273,7 @@ class LineTool(Tool):
 
     def cancel(self, host: Host) -> None:
         """Cancel the line."""
-        self._press = self._line_preview = None
+        self._press = self._effect = None
         self._by_clicks = False
         self._pen.lift()
         host.show_preview(None)
@@ -339,17 +327,20 @@ class LineTool(Tool):
         self._shown = line
         self._draw(host)
         if len(line) > 1:
-            host.run_in_background(self.look_ahead(line, host), partial(self._take_line_preview, host))
+            host.run_in_background(self.look_ahead(line, host), partial(self._take_effect, host))
 
-    def _take_line_preview(self, host: Host, answer: Any) -> None:
+    def _take_effect(self, host: Host, answer: Any) -> None:
         if self._pen.down:
-            self._line_preview = self.line_preview(answer, host)
+            self._effect = self.effect(answer, host)
             self._draw(host)
 
     def _draw(self, host: Host) -> None:
         corners = self._pen.corners if self._by_clicks else self._shown[:1]
-        path = None if self._line_preview is None else self._line_preview.path
-        host.show_preview(Preview(line_path(self._shown), corners, line_preview=path))
+        self._show_path(line_path(self._shown), corners, host)
+
+    def _show_path(self, path: QPainterPath, corners: Sequence[Point], host: Host) -> None:
+        """Show a line with its corners and its effect."""
+        host.show_preview(Preview(path, corners, line_preview=None if self._effect is None else self._effect[1]))
 
     @property
     def _near(self) -> float:

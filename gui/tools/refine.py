@@ -11,10 +11,10 @@ from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import Host, Point, edges_of, locked_text
 from .brush import Mask, StrokeTool, brush_preview, stroke_of
-from .line import LinePreview, preview_of_patch
+from .line import Effect, effect_of
 
 
 class RefineTool(StrokeTool):
@@ -27,7 +27,7 @@ class RefineTool(StrokeTool):
 
     def __init__(self) -> None:
         super().__init__()
-        self._effect: LinePreview | None = None
+        self._effect: Effect | None = None
         self._decide: Callable[[], None] | None = None
         """Decides the band of a stroke that was released, until this is done."""
         self._at: PointerEvent | None = None
@@ -37,7 +37,7 @@ class RefineTool(StrokeTool):
     def hint(self) -> str:
         """Hint: what a drag would do."""
         if self._effect is not None:
-            return f"Release: {self._effect.text} | Esc: cancel"
+            return f"Release: {self._effect[0]} | Esc: cancel"
         return "Drag along a border: place it anew within the brush | [ ] or Ctrl+wheel: brush size"
 
     def begin(self, event: PointerEvent, host: Host) -> bool:
@@ -61,7 +61,7 @@ class RefineTool(StrokeTool):
 
     def _take_effect(self, swept: Mask, host: Host, patch: LabelPatch | None) -> None:
         if swept is self._swept and self._at is not None:
-            self._effect = preview_of_patch(host.document, patch)
+            self._effect = effect_of(host.document, patch)
             self.show_brush(self._at, host)
 
     def apply(self, swept: Mask, host: Host) -> None:
@@ -103,4 +103,4 @@ class RefineTool(StrokeTool):
         line = brush_preview(event, host).line
         if self._swept is not None:
             line.addPath(boundary_path(self._swept))
-        host.show_preview(Preview(line, line_preview=None if self._effect is None else self._effect.path))
+        host.show_preview(Preview(line, line_preview=None if self._effect is None else self._effect[1]))

@@ -14,7 +14,7 @@ from ilf.segmentation.editing.cleaning import merge, parts_touch
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path
+from ..views.mask_paths import boundary_path
 from .base import Host, Point, Press, Tool, crossed, line_path
 
 

@@ -20,7 +20,7 @@ from ilf.segmentation.selection import select_region
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
-from ..views.pixel_items import boundary_path, filled_path
+from ..views.mask_paths import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, check_unlocked, line_path
 from .line import tell_if_apart
 

@@ -11,7 +11,7 @@ from ilf.segmentation.editing.patches import Labels
 
 from ..views.interaction import PointerEvent, Preview
 from .base import Host, Point, Press, check_unlocked, crossed, edges_of, is_thick, line_path
-from .line import LinePreview, LineTool
+from .line import Effect, LineTool
 
 
 class SplitTool(LineTool):
@@ -34,7 +34,7 @@ class SplitTool(LineTool):
             return "Looking for a line between two surfaces… | Enter: cut as soon as it is found | Esc: cancel"
         if self._suggestion is not None:
             return "Click or Enter: cut along this line | drag: draw another | Esc: cancel"
-        cut = "cut" if self._line_preview is None else self._line_preview.text
+        cut = "cut" if self._effect is None else self._effect[0]
         if self._by_clicks:
             return f"Click: next point | Shift: straight | Enter or double-click: {cut} | Backspace: remove last"
         idle = "Drag: cut along a line | Shift: straight | click: suggest a line | Ctrl+click: point by point"
@@ -79,10 +79,10 @@ class SplitTool(LineTool):
         """Return a function that computes which block would be cut, and where."""
         return partial(_cut_target, host.document.labels.copy(), line, self._near)
 
-    def line_preview(self, answer: tuple[int, list[Point]], host: Host) -> LinePreview:
-        """Return the preview: the block that would be cut, and the extended line."""
+    def effect(self, answer: tuple[int, list[Point]], host: Host) -> Effect:
+        """Return the block that would be cut, and the extended line."""
         label, line = answer
-        return LinePreview(f"cut {host.document.info(label).name}" if label else "cut nothing", line_path(line))
+        return f"cut {host.document.info(label).name}" if label else "cut nothing", line_path(line)
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
         """Cut after a drag; suggest a line, or add a point, after a click."""

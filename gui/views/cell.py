@@ -8,11 +8,9 @@ from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
-from ..base.theme import Colours
 from ..widgets.basics import lay_out
 from .image_view import ImageView
-from .layer_picture import LayerPicture
-from .layers import CONTENTS, Layer, Legend, Look, checked, content_of, lacking, striped, title_of, uses
+from .layers import CONTENTS, Layer, Legend, checked, content_of, lacking, striped, title_of, uses
 from .screen_layers import STYLES
 from .title_strip import TitleStrip
 from .view_data import DIFFERENCE, FLICKERS, RUNS, SIDES, ViewData, capital, difference_of, short_title
@@ -38,14 +36,11 @@ class Cell(QWidget):
         self.concrete = ""
         self.strip = TitleStrip()
         self.view = ImageView(on_event)
-        self.strip.titled.connect(self.view.setAccessibleName)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
         self._legend: Legend = []
         self._stripe_legend: Legend = []
-        self.picture = LayerPicture(self.view, self.bar)
         self._data = data
-        self._look: Look | None = None
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
         self._menu = ContentMenu(self)
@@ -82,10 +77,8 @@ class Cell(QWidget):
             return
         self.concrete = concrete
         content = content_of(concrete)
-        self.picture.draw(Layer())
-        self.set_legend([])
-        self.strip.set_text("")
         self.strip.set_title(title_of(concrete, self._data))
+        self._show(Layer())
         self.bar.set_unit(content.unit)
         self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
@@ -100,8 +93,7 @@ class Cell(QWidget):
 
     def show_stripes(self) -> None:
         """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
-        self.view.striped = striped(self._data, self.concrete)
-        self.view.viewport().update()
+        self.view.stripe(striped(self._data, self.concrete))
         styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
         self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
@@ -115,32 +107,28 @@ class Cell(QWidget):
 
     def _show_value(self) -> None:
         pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
-        self.bar.set_value(None if pixel is None else self.picture.value_at(*pixel))
+        self.bar.set_value(None if pixel is None else self.view.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:
         """Open the content menu."""
         self._menu.offer(self._data, self.content)
         self._menu.popup(self.strip.menu_position() if place is None else place)
 
-    def set_colours(self, colours: Colours, hatch: QBrush) -> None:
-        """Apply the theme's colours; `draw_again` draws the picture with them."""
-        self.view.set_hatch(hatch)
-        self._look = Look(colours, hatch)
-
     def draw_again(self) -> None:
         """Draw what has changed, at once or when the cell becomes visible."""
         self._needs_draw = not self.isVisible()
-        if not self._needs_draw and self._look is not None:
-            self._draw(self._look)
+        if not self._needs_draw:
+            data, run = self._data, self._data.run(self.concrete)
+            self.strip.set_title(title_of(self.concrete, data), None if run is None else run.colour)
+            self._show(content_of(self.concrete).find(data, self.concrete))
             self._show_value()
 
-    def _draw(self, look: Look) -> None:
-        data, run = self._data, self._data.run(self.concrete)
-        layer = content_of(self.concrete).find(data, self.concrete, look)
-        self.strip.set_title(title_of(self.concrete, data), None if run is None else run.colour)
+    def _show(self, layer: Layer) -> None:
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
-        self.picture.draw(layer)
+        self.bar.show_layer(layer)
+        self.view.setAccessibleName(self.strip.title)
+        self.view.draw(layer)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

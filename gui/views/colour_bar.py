@@ -12,6 +12,7 @@ from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 
 from ..base import theme
+from .layers import Layer
 
 _BAR = 4
 """Height of the gradient, below the labels of its ticks [px]."""
@@ -56,6 +57,14 @@ class ColourBar(QWidget):
         self._unit = unit
         self.update()
 
+    def show_layer(self, layer: Layer | None) -> None:
+        """Show the scale of a layer's values; hide the bar if it has none."""
+        if layer is None or not layer.has_values:
+            self.set_levels(None)
+        else:
+            self.set_table(layer.table)
+            self.set_levels(layer.levels, layer.logarithmic)
+
     def set_table(self, table: NDArray[np.uint8]) -> None:
         """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""
         row = np.ascontiguousarray(table[1:])
@@ -96,7 +105,9 @@ class ColourBar(QWidget):
             return []
         for count in range(_MAX_TICKS, _LEAST - 1, -1):
             ticks = (log_ticks if self._logarithmic else linear_ticks)(*self.levels, count)
-            if len(ticks) >= _LEAST and self._have_room(ticks):
+            places = [self._label(text, share) for text, share in ticks]
+            has_room = all(left.right() + _GAP <= right.left() for left, right in pairwise(places))
+            if len(ticks) >= _LEAST and has_room:
                 return ticks
         return self._ends()
 
@@ -105,10 +116,6 @@ class ColourBar(QWidget):
         low, high = self.levels or _NO_LEVELS
         middle = math.sqrt(low * high) if self._logarithmic else (low + high) / 2
         return [(self._text(value), share) for value, share in ((low, 0.0), (middle, 0.5), (high, 1.0))]
-
-    def _have_room(self, ticks: list[tuple[str, float]]) -> bool:
-        places = [self._label(text, share) for text, share in ticks]
-        return all(left.right() + _GAP <= right.left() for left, right in pairwise(places))
 
     def _text(self, value: float) -> str:
         """Text of a value with as many decimals as the bar resolves."""
@@ -165,8 +172,13 @@ class ColourBar(QWidget):
 
 
 def linear_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]]:
-    """Texts of ticks at round numbers, and their positions on the bar, 0-1 from the left."""
-    ticks, step = round_ticks(low, high, max_ticks)
+    """Texts of ticks at multiples of 1, 2 or 5 times a power of ten, about as many as allowed, and their positions on
+    the bar, 0-1 from the left."""
+    power = 10.0 ** math.floor(math.log10((high - low) / max_ticks))
+    step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= max_ticks)
+    slack = step * 1e-6
+    first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
+    ticks = [index * step for index in range(first, last + 1)]
     return [(tick_text(tick, step), (tick - low) / (high - low)) for tick in ticks]
 
 
@@ -181,15 +193,6 @@ def log_ticks(low: float, high: float, max_ticks: int) -> list[tuple[str, float]
             break
     length = math.log(high / low)
     return [(tick_text(tick, min(tick, 1.0)), math.log(tick / low) / length) for tick in ticks]
-
-
-def round_ticks(low: float, high: float, max_ticks: int) -> tuple[list[float], float]:
-    """Multiples of 1, 2 or 5 times a power of ten between the ends, about as many as allowed, and their step."""
-    power = 10.0 ** math.floor(math.log10((high - low) / max_ticks))
-    step = next(factor * power for factor in (1, 2, 5, 10) if (high - low) / (factor * power) <= max_ticks)
-    slack = step * 1e-6
-    first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
-    return [index * step for index in range(first, last + 1)], step
 
 
 def tick_text(value: float, step: float) -> str:

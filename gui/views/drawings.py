@@ -7,10 +7,24 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 
+import numpy as np
 import pyqtgraph as pg
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontMetricsF,
+    QImage,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+)
 
+from ilf.data.label_map import Box
 from ilf.drawing.blocks import InnerPoint
 
 from ..base.theme import Colours, blend
@@ -65,6 +79,13 @@ class Drawing:
             self.repaint(self.extent, self.margin)
 
 
+def rgb_image(rgb: NDArray[np.uint8]) -> QImage:
+    """QImage that owns its pixels, from uint8 (H, W, 3), red first."""
+    pixels = np.ascontiguousarray(rgb)
+    height, width = pixels.shape[:2]
+    return QImage(pixels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+
+
 class HaloPath(Drawing):
     """Path in image coordinates: a bright line on a wider dark one, visible on any picture."""
 
@@ -99,6 +120,131 @@ def missing_brush(colours: Colours) -> QBrush:
         painter.drawLine(offset, _TILE, offset + _TILE, 0)
     painter.end()
     return QBrush(tile)
+
+
+# Pictures whose pixels are changed in place: a change in a small box only costs that box.
+
+
+def image_over(pixels: NDArray[np.uint32], form: QImage.Format) -> QImage:
+    """QImage that shares the memory of an array (H, W), which must outlive it; 4 bytes per pixel."""
+    height, width = pixels.shape
+    return QImage(pixels.data, width, height, 4 * width, form) if pixels.size else QImage()
+
+
+_FORMAT = QImage.Format.Format_RGBA8888_Premultiplied
+"""Qt scales this format exactly; its faster code for other formats is off by one pixel in places."""
+Pixels = NDArray[np.uint32]
+"""Premultiplied colours, each at most as large as alpha."""
+
+
+class PixelItem(Drawing):
+    """Picture in image coordinates, one unit per pixel.
+
+    Attributes
+    ----------
+    pixels : ndarray of uint32, shape (H, W), or None
+        Colours as `packed`, which whoever has set them may change in place; None for no picture.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.pixels: Pixels | None = None
+        self._drawn = QImage()
+
+    def set_pixels(self, pixels: Pixels | None) -> None:
+        """Show an array; None shows nothing."""
+        self.pixels = None if pixels is None else np.ascontiguousarray(pixels)
+        self._drawn = QImage() if self.pixels is None else image_over(self.pixels, _FORMAT)
+        self.set_extent(None if pixels is None else QRectF(0, 0, self._drawn.width(), self._drawn.height()))
+
+    def notify_change(self, box: Box) -> None:
+        """Repaint after the pixels changed inside a box (rows, columns)."""
+        self.repaint(_rectangle(box), 0)
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
+        painter.drawImage(QRectF(self._drawn.rect()), self._drawn)
+
+
+Argb = NDArray[np.uint32]
+"""Device pixels as Qt's premultiplied ARGB: 0xAARRGGBB, each colour at most as large as alpha."""
+
+
+class ScreenItem(Drawing):
+    """Device pixels over the visible part of the frame.
+
+    Attributes
+    ----------
+    find : callable
+        Finds the pixels, as they are to be painted; None for none.
+    """
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.find: Callable[[], Argb | None] = lambda: None
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        pixels, corner = self.find(), painter.worldTransform()
+        if pixels is not None:
+            drawn = image_over(pixels, QImage.Format.Format_ARGB32_Premultiplied)
+            drawn.setDevicePixelRatio(painter.device().devicePixelRatioF())
+            painter.resetTransform()
+            painter.drawImage(QPointF(max(corner.dx(), 0.0), max(corner.dy(), 0.0)), drawn)
+
+
+def _rectangle(box: Box) -> QRectF:
+    rows, columns = box
+    return QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start)
+
+
+_BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)
+
+
+class PointsItem(Drawing):
+    """Dots over the single pixels of a sparse picture, which would vanish in a view that is smaller than it."""
+
+    SIZE = 4
+    """Side of a dot in screen pixels; larger pixels need none."""
+    RIM = 1
+    """Width of its rim, which is bright around dark dots and dark around bright ones: on any ground it can be seen."""
+
+    SPARSE, MOST = 0.05, 50_000
+    """Largest share of the pixels, and largest number, that are drawn as dots."""
+
+    def __init__(self, z: float) -> None:
+        super().__init__(z)
+        self.dots: list[tuple[QColor, QPolygonF]] = []
+        """Colours, and the middles of the pixels that have them."""
+
+    def set_indices(self, indices: NDArray[np.uint8], table: NDArray[np.uint8]) -> None:
+        """Draw a dot for every index but 0, uint8 (H, W), through a table of RGBA, uint8 (256, 4); none if there are
+        too many."""
+        drawn = indices != 0
+        if np.count_nonzero(drawn) > min(self.SPARSE * indices.size, self.MOST):
+            drawn[:] = False
+        places = np.flatnonzero(drawn)
+        rows, columns = np.divmod(places, indices.shape[1])
+        colours = indices.ravel()[places]
+        self.dots = [
+            (
+                QColor(*map(int, table[k])),
+                pg.functions.arrayToQPolygonF(columns[colours == k] + 0.5, rows[colours == k] + 0.5),
+            )
+            for k in np.unique(colours)
+        ]
+        extent = QRectF(0, 0, indices.shape[1], indices.shape[0])
+        self.set_extent(extent if self.dots else None, self.SIZE / 2 + self.RIM)
+
+    def paint(self, painter: QPainter, pixel: float) -> None:
+        if pixel * self.SIZE <= 1:
+            return
+        rims = [(_BRIGHT_RIM if colour.lightness() < 128 else _DARK_RIM, middles) for colour, middles in self.dots]
+        for dots, size in ((rims, self.SIZE + 2 * self.RIM), (self.dots, self.SIZE)):
+            for colour, middles in dots:
+                pen = QPen(colour, size)
+                pen.setCosmetic(True)
+                painter.setPen(pen)
+                painter.drawPoints(middles)
 
 
 # The preview of a tool.

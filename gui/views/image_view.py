@@ -1,126 +1,61 @@
-"""View of one picture in image coordinates, with overlays; no application logic."""
+"""View of one layer in image coordinates, with overlays: of a layer, only what has changed is drawn again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import reduce
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
 from PySide6.QtWidgets import QAbstractScrollArea
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, union, whole
 from ilf.drawing.blocks import InnerPoint
+from ilf.drawing.colours import sample
+from ilf.segmentation.editing.patches import bounds
 
 from ..base import theme
-from .drawings import Drawing, HaloPath, Names, PreviewDrawing
-from .pixel_items import PixelItem, Pixels, PointsItem, ScreenItem
+from .drawings import (
+    Argb,
+    Drawing,
+    HaloPath,
+    Names,
+    PixelItem,
+    Pixels,
+    PointsItem,
+    PreviewDrawing,
+    ScreenItem,
+    missing_brush,
+)
+from .layers import Layer
+from .screen_layers import Sampling, stripes
 
-# The transform of the linked views: one centre and one scale for all of them. No Qt.
-
-FIT_MARGIN = 2
-"""Screen pixels left free on each side of a fitted frame."""
-MIN_ZOOM_SHARE = 0.25
-"""Minimum zoom: scale as a share of the fitted one."""
-MIN_PIXELS_ACROSS = 8
-"""Maximum zoom: image pixels across the view."""
-
-
-class ViewTransform:
-    """Image point in the middle of the views, and scale in screen pixels per image pixel.
-
-    The scale applies to a view of the size given to `set_view`; other views use their `share` of it.
-    """
-
-    def __init__(self) -> None:
-        self.x = self.y = 0.5
-        self.scale = 1.0
-        self.fitted = True
-        self._frame = (1, 1)
-        self._view = (1, 1)
-
-    def set_frame(self, width: int, height: int) -> None:
-        """Set the frame's size [px] and fit it."""
-        self._frame = (width, height)
-        self.fit()
-
-    def set_view(self, width: int, height: int) -> None:
-        """Set the view's size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
-        self._view = (max(width, 1), max(height, 1))
-        if self.fitted:
-            self.fit()
-
-    @property
-    def aspect(self) -> float:
-        """Width over height of the frame."""
-        return self._frame[0] / self._frame[1]
-
-    def share(self, width: int, height: int) -> float:
-        """Ratio of the fitted scale of a view of this size to that of the view given to `set_view`."""
-        return self._fitting(width, height) / self._fitting(*self._view)
-
-    def fit(self) -> None:
-        """Show the whole frame."""
-        self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
-        self.scale = self._fitting(*self._view)
-        self.fitted = True
-
-    def show(self, left: float, top: float, right: float, bottom: float, margin: float = 0.15) -> None:
-        """Show a box of the image with a margin, given as a share of the box, on each side."""
-        self.x, self.y = (left + right) / 2, (top + bottom) / 2
-        spread = 1 + 2 * margin
-        width, height = max(right - left, 1) * spread, max(bottom - top, 1) * spread
-        self.set_scale(min(self._view[0] / width, self._view[1] / height))
-
-    def look_at(self, x: float, y: float, scale: float) -> None:
-        """Show an image point in the middle, at `scale` screen pixels per image pixel, within the limits."""
-        self.x, self.y = x, y
-        self.set_scale(scale)
-        self._keep_in_frame()
-
-    def pan(self, dx: float, dy: float) -> None:
-        """Move the image by screen pixels."""
-        self.x -= dx / self.scale
-        self.y -= dy / self.scale
-        self._keep_in_frame()
-
-    def zoom(self, factor: float, x: float, y: float) -> None:
-        """Zoom by a factor; the image point (x, y) keeps its position on the screen."""
-        before = self.scale
-        self.set_scale(before * factor)
-        ratio = before / self.scale
-        self.x, self.y = x - (x - self.x) * ratio, y - (y - self.y) * ratio
-        self._keep_in_frame()
-
-    def set_scale(self, scale: float) -> None:
-        """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
-        lowest = self._fitting(*self._view) * MIN_ZOOM_SHARE
-        self.scale = max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
-        self.fitted = False
-
-    def _fitting(self, width: int, height: int) -> float:
-        room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
-        return min(space / size for space, size in zip(room, self._frame, strict=True))
-
-    def _keep_in_frame(self) -> None:
-        self.x = min(max(self.x, 0.0), float(self._frame[0]))
-        self.y = min(max(self.y, 0.0), float(self._frame[1]))
-        self.fitted = False
-
-
+EVERYWHERE: Box = slice(None), slice(None)
 FOCUS_WIDTH = 2
 _CROSS_GAP = 9
 _MIN_SHARE_FOR_NAMES = 0.5
 
 
 class ImageView(QAbstractScrollArea):
-    """A picture in image coordinates, lines and stripes over it, a tool's preview and the crosshair.
+    """A layer in image coordinates, lines and stripes over it, a tool's preview and the crosshair.
 
     Parameters
     ----------
     on_event : callable
         Receives (view, event) for every mouse, wheel, key and leave event; True if it handled the event.
+
+    Attributes
+    ----------
+    layer : Layer
+        What is shown.
+    drawn : list of ndarray
+        Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place.
+    shown : ndarray of uint8, or None
+        Colour (H, W, 3), or indices into the layer's table (H, W); None for no picture.
     """
 
     resized = Signal()
@@ -154,17 +89,19 @@ class ImageView(QAbstractScrollArea):
         """Rectangle of the frame, in image coordinates."""
         self.transform = QTransform()
         """From image coordinates to the viewport."""
-        self._message = ""
-        self._hatch: QBrush | None = None
-        self._is_hatched = False
+        self.layer = Layer()
+        self.drawn: list[NDArray[Any]] = []
+        self.shown: NDArray[np.uint8] | None = None
         self.has_lines = True
         """Whether lines around blocks are drawn on this picture."""
         self.striped: Mapping[str, NDArray[np.bool_]] = {}
         """What is striped over this picture -> its pixels, bool (H, W)."""
+        self._stripes: tuple[Sampling, Argb | None] | None = None
         self._drawings: list[Drawing] = []
         self.image, self.fills = PixelItem(0), PixelItem(1)
         self.points = PointsItem(3)
         self.stripes, self.lines = ScreenItem(4), ScreenItem(5)
+        self.stripes.find = self._find_stripes
         self.names = Names(5.5)
         self.preview = PreviewDrawing(6)
         # two, so that a moving cursor repaints two thin strips instead of the view
@@ -191,22 +128,63 @@ class ImageView(QAbstractScrollArea):
         for item in (self.stripes, self.lines):
             item.set_extent(self.frame)
 
-    def set_picture(self, pixels: Pixels | None, is_hatched: bool = False) -> None:
-        """Show colours, uint32 (H, W), over stripes where they are transparent if `is_hatched`; None shows the
-        message."""
-        self._is_hatched = is_hatched
+    def draw(self, layer: Layer) -> None:
+        """Draw a layer, as far as it is not drawn already; its message if there is no picture."""
+        former, self.layer = self.layer, layer
+        if layer.message or not layer.parts:
+            self._set_colour(None)
+        elif layer.picture is not None:
+            if former.picture is None or [*map(id, former.parts)] != [*map(id, layer.parts)]:
+                self._set_colour(layer.picture())
+        elif self.drawn and _look(former) == _look(layer):
+            self._draw_changes(layer)
+        else:
+            self.drawn = [array.copy() for array in _arrays(layer)]
+            self.shown, pixels = _coloured(layer, whole(layer.parts[0].shape))
+            self._set_pixels(pixels)
+
+    def _set_colour(self, rgb: NDArray[np.uint8] | None) -> None:
+        self.drawn, self.shown = [], rgb
+        self._set_pixels(None if rgb is None else rgb_pixels(rgb))
+
+    def _set_pixels(self, pixels: Pixels | None) -> None:
         self.image.set_pixels(pixels)
+        self._set_dots()
         self.viewport().update()
 
-    def set_message(self, text: str) -> None:
-        """Set the text in the middle of the view while it has no picture."""
-        self._message = text
-        self.viewport().update()
+    def _set_dots(self) -> None:
+        if self.layer.has_dots and self.drawn and self.shown is not None:
+            self.points.set_indices(self.shown, self.layer.table)
+        else:
+            self.points.set_extent(None)
 
-    def set_hatch(self, hatch: QBrush) -> None:
-        """Set the stripes where a picture is transparent."""
-        self._hatch = hatch
-        self.viewport().update()
+    def _draw_changes(self, layer: Layer) -> None:
+        arrays, shown, pixels = _arrays(layer), self.shown, self.image.pixels
+        changed = [changed_box(drawn, now) for drawn, now in zip(self.drawn, arrays, strict=True)]
+        boxes = [box for box in changed if box is not None]
+        if not boxes or shown is None or pixels is None:
+            return
+        box = reduce(union, boxes)
+        for drawn, now in zip(self.drawn, arrays, strict=True):
+            drawn[box] = now[box]
+        shown[box], pixels[box] = _coloured(layer, box)
+        self.image.notify_change(box)
+        self._set_dots()
+
+    @property
+    def _parts(self) -> list[NDArray[Any]]:
+        return self.drawn[: len(self.layer.parts)]
+
+    def value_at(self, x: int, y: int) -> float | None:
+        """Value at a pixel, in the unit of the colour bar; None if there is none."""
+        return self.layer.value_at(x, y, self._parts)
+
+    def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
+        """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
+
+        None if there are none.
+        """
+        return self.layer.measure(*(sample(part[where]) for part in self._parts)) if self.drawn else None
 
     def visible_box(self) -> Box:
         """Return the box (rows, columns) of the image that is visible."""
@@ -214,21 +192,36 @@ class ImageView(QAbstractScrollArea):
         shown = (seen & self.frame).toAlignedRect()
         return slice(shown.top(), shown.bottom() + 1), slice(shown.left(), shown.right() + 1)
 
-    def show_transform(self, transform: ViewTransform) -> None:
-        """Apply the transform."""
-        scale, size, ratio = transform.scale * self.share, self.viewport().size(), self.devicePixelRatioF()
+    def show_place(self, x: float, y: float, scale: float) -> None:
+        """Show an image point in the middle, at a scale of which this view has its share."""
+        scale, size, ratio = scale * self.share, self.viewport().size(), self.devicePixelRatioF()
         # whole device pixels: at 1:1 every image pixel then covers exactly one
-        dx = round((size.width() / 2 - transform.x * scale) * ratio) / ratio
-        dy = round((size.height() / 2 - transform.y * scale) * ratio) / ratio
+        dx = round((size.width() / 2 - x * scale) * ratio) / ratio
+        dy = round((size.height() / 2 - y * scale) * ratio) / ratio
         self.transform = QTransform(scale, 0, 0, scale, dx, dy)
         self.names.visible = self.share > _MIN_SHARE_FOR_NAMES
         self.show_cursor(self._cursor)
         self.viewport().update()
 
     @property
-    def pixel_ratio(self) -> int:
-        """Device pixels per screen pixel, rounded."""
-        return max(round(self.devicePixelRatioF()), 1)
+    def sampling(self) -> Sampling:
+        """The mapping of the frame to device pixels as it is now."""
+        transform, size, frame, ratio = self.transform, self.viewport().size(), self.frame, self.devicePixelRatioF()
+        corner = round(transform.dx() * ratio), round(transform.dy() * ratio)
+        room = round(size.width() * ratio), round(size.height() * ratio)
+        return Sampling(transform.m11() * ratio, *corner, room, (round(frame.width()), round(frame.height())), ratio)
+
+    def stripe(self, masks: Mapping[str, NDArray[np.bool_]]) -> None:
+        """Stripe the pixels of these masks, bool (H, W), by their names in `STYLES`, from below."""
+        if [*masks] != [*self.striped] or any(mask is not self.striped[name] for name, mask in masks.items()):
+            self.striped, self._stripes = masks, None
+            self.viewport().update()
+
+    def _find_stripes(self) -> Argb | None:
+        sampling = self.sampling
+        if self._stripes is None or self._stripes[0] != sampling:
+            self._stripes = sampling, stripes(self.striped, sampling)
+        return self._stripes[1]
 
     def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
         """Write names by label at inner points of their blocks."""
@@ -267,8 +260,8 @@ class ImageView(QAbstractScrollArea):
         scale = to_screen.m11()
         painter.setTransform(to_screen)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale * self.devicePixelRatioF() < 1)
-        if self._is_hatched and self._hatch is not None:
-            hatch = QBrush(self._hatch)
+        if self.drawn:  # values, transparent where they are missing
+            hatch = missing_brush(colours)
             hatch.setTransform(self.transform.inverted()[0])  # in screen scale, but moving with the picture
             painter.fillRect(self.frame, hatch)
         for drawing in self._drawings if self.image.pixels is not None else ():
@@ -281,7 +274,7 @@ class ImageView(QAbstractScrollArea):
         painter.resetTransform()
         painter.setPen(colours.muted)
         if self.image.pixels is None:
-            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self._message)
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.layer.message)
         if self.hasFocus():
             painter.setPen(colours.accent)
             for inset in range(FOCUS_WIDTH):
@@ -320,3 +313,58 @@ class ImageView(QAbstractScrollArea):
 
     def keyReleaseEvent(self, event: QEvent) -> None:
         event.ignore()
+
+
+def _coloured(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], Pixels]:
+    """Indices and colours of a layer in a box: stale values in grey, and marks where there are none."""
+    parts = [part[box] for part in layer.parts]
+    indices, table = layer.indices(*parts), packed(layer.table)
+    colours = table[indices]
+    stale = None if layer.stale is None else layer.stale[box]
+    if stale is not None and stale.any():
+        colours[stale] = greyed(table)[indices[stale]]
+    if layer.marks is not None and layer.mark_table is not None:
+        missing = indices == 0
+        colours[missing] = packed(layer.mark_table)[layer.marks(*parts)[missing]]
+    return indices, colours
+
+
+def _arrays(layer: Layer) -> list[NDArray[Any]]:
+    return [*layer.parts, *([] if layer.stale is None else [layer.stale])]
+
+
+def _look(layer: Layer) -> list[Any]:
+    """All but the pixels: which arrays are there, their size, and their colours."""
+    return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]
+
+
+def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
+    """Pack colour, uint8 (H, W, 3), red first."""
+    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+    return pixels
+
+
+def packed(table: NDArray[np.uint8]) -> Pixels:
+    """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
+    colours = table.astype(np.uint32)
+    alpha = colours[:, 3]
+    red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
+    return ((alpha << 24) | (blue << 16) | (green << 8) | red).astype(np.uint32)
+
+
+def greyed(colours: Pixels) -> Pixels:
+    """Desaturate opaque or transparent colours, slightly towards mid-grey."""
+    red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
+    grey = (red * 2 + green * 5 + blue) // 8
+    faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
+    mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
+    return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
+
+
+def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:
+    """Smallest box (rows, columns) that contains all differences of two arrays (H, W); None if equal (NaN == NaN).
+
+    Both have the same shape and type: float32, or one without NaN.
+    """
+    plain = np.int32 if before.dtype == np.float32 else before.dtype
+    return bounds(before.view(plain) != after.view(plain))

@@ -14,8 +14,9 @@ from PySide6.QtGui import QBrush, QColor
 from ilf.drawing.blocks import STAGES, marked_picture
 from ilf.drawing.colours import robust_difference_level, robust_error_levels, sample, to_indices
 
-from ..base.theme import Colours, blend
+from ..base.theme import blend
 from .colours import Levels, difference_table, error_table, full_levels, mark_table, strength_table
+from .drawings import missing_brush
 from .view_data import (
     BEFORE_IN,
     BEFORE_OUT,
@@ -28,8 +29,8 @@ from .view_data import (
     RUNS,
     SIDES,
     Depth,
+    MarkedDepth,
     Mask,
-    ShownDepth,
     Spectrum,
     ViewData,
     capital,
@@ -38,13 +39,6 @@ from .view_data import (
 )
 
 Legend = list[tuple[QBrush, str]]
-
-
-class Look(NamedTuple):
-    """The theme's colours, and the hatch of missing depth."""
-
-    colours: Colours
-    hatch: QBrush
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +85,11 @@ class Layer:
     legend: Legend = field(default_factory=list)
 
     @property
+    def has_values(self) -> bool:
+        """Whether there are values with a scale, not only a colour picture or a message."""
+        return bool(self.parts) and self.picture is None and not self.message
+
+    @property
     def look(self) -> list[Any]:
         """What the colours of the parts follow from."""
         tables = [None if table is None else table.tobytes() for table in (self.table, self.mark_table)]
@@ -116,7 +115,7 @@ class Content(NamedTuple):
     ("" for none), and unit of its colour bar."""
 
     title: str
-    find: Callable[[ViewData, str, Look], Layer]
+    find: Callable[[ViewData, str], Layer]
     uses: frozenset[str] = frozenset()
     range_kind: str = ""
     unit: str = ""
@@ -225,7 +224,7 @@ def missing_reason(depth: str, data: ViewData) -> str:
 # Colour, masks over the dimmed colour image, and edges.
 
 
-def colour(data: ViewData, name: str, look: Look) -> Layer:
+def colour(data: ViewData, name: str) -> Layer:
     """The colour image, which the view's fills of blocks lie over."""
     if data.frame is None:
         return Layer()
@@ -236,7 +235,7 @@ def colour(data: ViewData, name: str, look: Look) -> Layer:
 _MASK_COLOURS = {"extrapolated": (90, 200, 255), "invalid_mask": (255, 144, 32), "from_neighbours": (120, 220, 110)}
 
 
-def mask(data: ViewData, name: str, look: Look) -> Layer:
+def mask(data: ViewData, name: str) -> Layer:
     """Extrapolated pixels, invalid ones, or those from neighbours, with their share of the frame."""
     result, frame, colour = data.depth("result"), data.frame, _MASK_COLOURS[name]
     if frame is None:
@@ -256,7 +255,7 @@ def mask(data: ViewData, name: str, look: Look) -> Layer:
     )
 
 
-def edges(data: ViewData, name: str, look: Look) -> Layer:
+def edges(data: ViewData, name: str) -> Layer:
     """Edge strength, from which blocks are extracted, or crease strength, if the detector finds them, 0-1."""
     found = data.edges
     strength = None if found is None else found.crease if name == "creases" else found.strength
@@ -270,7 +269,7 @@ def edges(data: ViewData, name: str, look: Look) -> Layer:
 # A stage of the extraction, and the spectrum of a block.
 
 
-def stage(data: ViewData, name: str, look: Look) -> Layer:
+def stage(data: ViewData, name: str) -> Layer:
     """The selected stage of the extraction."""
     board = data.stage
     legend = [(QBrush(QColor(*colour)), text) for colour, text in board.legend]
@@ -279,11 +278,13 @@ def stage(data: ViewData, name: str, look: Look) -> Layer:
         return Layer(message=board.message, text=board.text, legend=legend)
     if picture.ndim == 3:
         return Layer((picture,), picture=lambda: picture, text=board.text, legend=legend)
-    return Layer((picture,), _strength, table=strength_table(), text=board.text, legend=legend)
-
-
-def _strength(indices: NDArray[np.uint8]) -> NDArray[np.float32]:
-    return np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan))
+    return Layer(
+        (picture,),
+        lambda indices: np.where(indices > 0, (indices - np.float32(1)) / 254, np.float32(np.nan)),
+        table=strength_table(),
+        text=board.text,
+        legend=legend,
+    )
 
 
 _BAND = 90, 230, 255
@@ -291,7 +292,7 @@ _SPECTRUM_SIDE = 512
 """Side of the picture of a spectrum, about."""
 
 
-def spectrum(data: ViewData, name: str, look: Look) -> Layer:
+def spectrum(data: ViewData, name: str) -> Layer:
     """The spectrum of the selected block, with the pass band of its filter; it has no pixels of the frame."""
     shown = data.spectrum
     if isinstance(shown, str):
@@ -318,13 +319,16 @@ def _spectrum_picture(shown: Spectrum) -> NDArray[np.uint8]:
 _STALE = QColor(140, 146, 140)
 
 
-def depth(data: ViewData, name: str, look: Look) -> Layer:
+def _missing(data: ViewData) -> tuple[QBrush, str]:
+    return missing_brush(data.colours), "missing"
+
+
+def depth(data: ViewData, name: str) -> Layer:
     """One depth [m]; missing depth is hatched, stale depth grey; the view stripes extrapolated pixels."""
     shown = _depth_shown(data, name)
     text = data.moment if name == "result" and not data.shows_a_as_result else ""
-    missing = [(look.hatch, "missing")]
     if shown is None:
-        return Layer(message=missing_reason(name, data), text=text, legend=missing)
+        return Layer(message=missing_reason(name, data), text=text, legend=[_missing(data)])
     stale = _stale_pixels(shown)
     return Layer(
         (shown.depth,),
@@ -333,20 +337,20 @@ def depth(data: ViewData, name: str, look: Look) -> Layer:
         stale=stale,
         has_dots=True,
         text=text,
-        legend=[*_stale_legend(stale), *missing],
+        legend=[*_stale_legend(stale), _missing(data)],
     )
 
 
-def _depth_shown(data: ViewData, name: str) -> ShownDepth | None:
+def _depth_shown(data: ViewData, name: str) -> MarkedDepth | None:
     """The depth to draw; depth in includes invalid depth, under its stripes."""
     if name == "depth-in":
-        return None if data.frame is None else ShownDepth(data.frame.measured)
+        return None if data.frame is None else MarkedDepth(data.frame.measured)
     column = data.swipe_column
     swiped = data.swiped(column) if name == "result" and column is not None else None
     return data.depth(name) if swiped is None else swiped
 
 
-def _stale_pixels(shown: ShownDepth) -> Mask:
+def _stale_pixels(shown: MarkedDepth) -> Mask:
     return np.zeros(shown.depth.shape, bool) if shown.stale is None else shown.stale
 
 
@@ -361,7 +365,7 @@ _FLICKER_PERCENT = 90
 """Share of the pixels in the colour range of flicker: beside outlines, a moving camera changes depth by far more."""
 
 
-def difference(data: ViewData, name: str, look: Look) -> Layer:
+def difference(data: ViewData, name: str) -> Layer:
     """The first depth minus the second; pixels with only one of them are marked.
 
     It stays to be seen while side A is shown in place of the result.
@@ -385,17 +389,17 @@ def difference(data: ViewData, name: str, look: Look) -> Layer:
     # equal pixels, such as most measured ones, are ignored
     low, high = levels_of(data, "signed", robust, lambda: _difference(first, second))
     level = max(abs(low), abs(high))
-    colours = [blend(look.colours.background, only, 0.55) for only in (look.colours.good, look.colours.warning)]
+    colours = [blend(data.colours.background, only, 0.55) for only in (data.colours.good, data.colours.warning)]
     return Layer(
         (first, second),
         _difference,
         (-level, level),
-        table=difference_table(look.colours.is_dark),
+        table=difference_table(data.colours.is_dark),
         marks=_one_only,
         mark_table=mark_table(*colours),
         message=message,
         text=_note(data, name, note),
-        legend=[] if message else [*_one_only_legend(data, name, pair, colours), (look.hatch, "missing")],
+        legend=[] if message else [*_one_only_legend(data, name, pair, colours), _missing(data)],
     )
 
 
@@ -443,17 +447,17 @@ def _one_only_legend(data: ViewData, name: str, pair: tuple[str, str], colours: 
 _MIN_MM = 0.01
 
 
-def expected(data: ViewData, name: str, look: Look) -> Layer:
+def expected(data: ViewData, name: str) -> Layer:
     """The expected error, grey where depth is stale; the view stripes unsupported pixels."""
     frame, error = data.frame, data.expected
-    measured = blend(look.colours.background, look.colours.text, 0.2 if look.colours.is_dark else 0.14)
-    legend = [(QBrush(measured), "measured"), (look.hatch, "missing")]
+    measured = blend(data.colours.background, data.colours.text, 0.2 if data.colours.is_dark else 0.14)
+    legend = [(QBrush(measured), "measured"), _missing(data)]
     if frame is None or error is None:
         waiting = "Estimating\N{HORIZONTAL ELLIPSIS}" if data.error_is_outdated else data.no_result
         return Layer(message=waiting, legend=legend)
     sampled = sample(error) * _MM
     low, high = levels_of(data, "expected", lambda: robust_error_levels(sampled), lambda: error * _MM)
-    stale = _stale_pixels(data.result or ShownDepth(error))
+    stale = _stale_pixels(data.result or MarkedDepth(error))
     current = "of the current result" if data.moment else ""
     return Layer(
         (error, frame.own_depth),

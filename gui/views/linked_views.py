@@ -19,12 +19,10 @@ from ..widgets.basics import Themed, lay_out
 from .cell import Cell
 from .colour_ranges import ColourRanges
 from .colours import FULL
-from .drawings import missing_brush
-from .image_view import ImageView, ViewTransform
+from .image_view import ImageView
 from .interaction import Preview
-from .layouts import CELLS
+from .layouts import CELLS, Sheet
 from .navigation import Navigation
-from .sheet import Sheet
 from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
 from .view_data import READ, Before, FormerState, ShownStage, ViewData
@@ -75,20 +73,18 @@ class LinkedViews(Themed, QWidget):
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
-        self._transform = ViewTransform()
         self.data = ViewData(workspace)
         self._used_with_sides: frozenset[str] = frozenset()
         """Data that the shown cells used when the sides were last drawn."""
         self.cells = {name: Cell(content, self._handle, self.data) for name, (_, content) in CELLS.items()}
         self._views = [cell.view for cell in self.cells.values()]
         self.blocks = ShownBlocks(workspace, self.data, self._views)
-        self.navigation = Navigation(self._transform, self._views, self)
+        self.navigation = Navigation(self._views, self)
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
         self.ranges = ColourRanges(self.data, self)
         self.ranges.changed.connect(self._follow_ranges)
-        self.sides = SideComparison(self.data, self.cells.values(), self)
-        self.sides.changed.connect(self._follow_sides)
+        self.sides = SideComparison(self.data, self.cells.values(), self._follow_sides)
 
         self._empty = QWidget()
         self.sheet = Sheet(self.cells)
@@ -103,7 +99,6 @@ class LinkedViews(Themed, QWidget):
             cell.view.resized.connect(self._fit_views)
             cell.chosen.connect(lambda content, name=name: self.set_content(name, content))
         self.navigation.cursorMoved.connect(self._move_cursor)
-        self.navigation.transformChanged.connect(self._show_transform)
         self._take_theme()
 
     def set_empty_page(self, page: QWidget) -> None:
@@ -132,14 +127,11 @@ class LinkedViews(Themed, QWidget):
             self._pages.setCurrentWidget(self._empty)
             return
         height, width = frame.shape
-        self._transform.set_frame(width, height)
         self.navigation.set_frame((width, height))
-        for view in self._views:
-            view.set_frame_size(width, height)
         self.sides.set_frame(width, height)
         self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self.sheet)
-        self.sheet.set_aspect(self._transform.aspect)
+        self.sheet.set_aspect(self.navigation.transform.aspect)
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
@@ -188,10 +180,6 @@ class LinkedViews(Themed, QWidget):
         self.data.shows_missing = on
         for cell in self.cells.values():
             cell.show_stripes()
-
-    @property
-    def _shown_views(self) -> list[ImageView]:
-        return [cell.view for cell in self.sheet.shown]
 
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
@@ -287,34 +275,34 @@ class LinkedViews(Themed, QWidget):
 
     def fit(self) -> None:
         """Show the whole frame."""
-        self._transform.fit()
-        self._show_transform()
+        self.navigation.transform.fit()
+        self.navigation.show_place()
 
     def one_to_one(self) -> None:
         """Show one image pixel per device pixel around the current centre."""
-        self._transform.set_scale(1 / self.devicePixelRatioF())
-        self._show_transform()
+        self.navigation.transform.set_scale(1 / self.devicePixelRatioF())
+        self.navigation.show_place()
 
     def zoom_to(self, rows: slice, columns: slice) -> None:
         """Show a box of the image with some margin around it."""
-        self._transform.show(columns.start, rows.start, columns.stop, rows.stop)
-        self._show_transform()
+        self.navigation.transform.show(columns.start, rows.start, columns.stop, rows.stop)
+        self.navigation.show_place()
 
     @property
     def place(self) -> tuple[float, float, float] | None:
         """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
-        transform = self._transform
+        transform = self.navigation.transform
         return None if transform.fitted else (transform.x, transform.y, transform.scale)
 
     def set_place(self, x: float, y: float, scale: float) -> None:
         """Show a place of the frame, as returned by `place`."""
-        self._transform.look_at(x, y, scale)
-        self._show_transform()
+        self.navigation.transform.look_at(x, y, scale)
+        self.navigation.show_place()
 
     @property
     def pixel_size(self) -> float:
         """Image pixels per screen pixel in a large view."""
-        return 1 / self._transform.scale
+        return 1 / self.navigation.transform.scale
 
     def _update_places(self) -> None:
         """Update cursor and sizes after cells were moved or others are shown."""
@@ -327,17 +315,12 @@ class LinkedViews(Themed, QWidget):
 
     def _fit_views(self) -> None:
         """Apply the transform to views of their current size."""
-        views = self._shown_views
+        views = [cell.view for cell in self.sheet.shown]
         sizes = [view.viewport().size() for view in views]
-        self._transform.set_view(sizes[0].width(), sizes[0].height())
+        self.navigation.transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):
-            view.share = self._transform.share(size.width(), size.height())
-        self._show_transform()
-
-    def _show_transform(self) -> None:
-        for view in self._views:
-            view.show_transform(self._transform)
-        self.navigation.follow(self._shown_views)
+            view.share = self.navigation.transform.share(size.width(), size.height())
+        self.navigation.show_place()
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:
         for cell in self.sheet.shown:
@@ -361,10 +344,8 @@ class LinkedViews(Themed, QWidget):
     # drawing
 
     def _take_theme(self) -> None:
-        colours = theme.colours(self.palette())
-        missing = missing_brush(colours)
+        self.data.colours = theme.colours(self.palette())
         for cell in self.cells.values():
-            cell.set_colours(colours, missing)
             cell.draw_again()
 
     def showEvent(self, event: QShowEvent) -> None:

@@ -1,16 +1,110 @@
-"""Mouse and keyboard over the linked views: pan, zoom, cursor, context menu, and events for the tool."""
+"""Where the linked views look, and mouse and keys over them: pan, zoom, cursor, menu, and events for the tool."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QWheelEvent
 
-from .image_view import ImageView, ViewTransform
+from .image_view import ImageView
 from .interaction import ARROWS, PointerEvent, PointerHandler, PointerKind
+
+# The transform of the linked views: one centre and one scale for all of them. No Qt.
+
+FIT_MARGIN = 2
+"""Screen pixels left free on each side of a fitted frame."""
+MIN_ZOOM_SHARE = 0.25
+"""Minimum zoom: scale as a share of the fitted one."""
+MIN_PIXELS_ACROSS = 8
+"""Maximum zoom: image pixels across the view."""
+
+
+class ViewTransform:
+    """Image point in the middle of the views, and scale in screen pixels per image pixel.
+
+    The scale applies to a view of the size given to `set_view`; other views use their `share` of it.
+    """
+
+    def __init__(self) -> None:
+        self.x = self.y = 0.5
+        self.scale = 1.0
+        self.fitted = True
+        self._frame = (1, 1)
+        self._view = (1, 1)
+
+    def set_frame(self, width: int, height: int) -> None:
+        """Set the frame's size [px] and fit it."""
+        self._frame = (width, height)
+        self.fit()
+
+    def set_view(self, width: int, height: int) -> None:
+        """Set the view's size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
+        self._view = (max(width, 1), max(height, 1))
+        if self.fitted:
+            self.fit()
+
+    @property
+    def aspect(self) -> float:
+        """Width over height of the frame."""
+        return self._frame[0] / self._frame[1]
+
+    def share(self, width: int, height: int) -> float:
+        """Ratio of the fitted scale of a view of this size to that of the view given to `set_view`."""
+        return self._fitting(width, height) / self._fitting(*self._view)
+
+    def fit(self) -> None:
+        """Show the whole frame."""
+        self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
+        self.scale = self._fitting(*self._view)
+        self.fitted = True
+
+    def show(self, left: float, top: float, right: float, bottom: float, margin: float = 0.15) -> None:
+        """Show a box of the image with a margin, given as a share of the box, on each side."""
+        self.x, self.y = (left + right) / 2, (top + bottom) / 2
+        spread = 1 + 2 * margin
+        width, height = max(right - left, 1) * spread, max(bottom - top, 1) * spread
+        self.set_scale(min(self._view[0] / width, self._view[1] / height))
+
+    def look_at(self, x: float, y: float, scale: float) -> None:
+        """Show an image point in the middle, at `scale` screen pixels per image pixel, within the limits."""
+        self.x, self.y = x, y
+        self.set_scale(scale)
+        self._keep_in_frame()
+
+    def pan(self, dx: float, dy: float) -> None:
+        """Move the image by screen pixels."""
+        self.x -= dx / self.scale
+        self.y -= dy / self.scale
+        self._keep_in_frame()
+
+    def zoom(self, factor: float, x: float, y: float) -> None:
+        """Zoom by a factor; the image point (x, y) keeps its position on the screen."""
+        before = self.scale
+        self.set_scale(before * factor)
+        ratio = before / self.scale
+        self.x, self.y = x - (x - self.x) * ratio, y - (y - self.y) * ratio
+        self._keep_in_frame()
+
+    def set_scale(self, scale: float) -> None:
+        """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
+        lowest = self._fitting(*self._view) * MIN_ZOOM_SHARE
+        self.scale = max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
+        self.fitted = False
+
+    def _fitting(self, width: int, height: int) -> float:
+        room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
+        return min(space / size for space, size in zip(room, self._frame, strict=True))
+
+    def _keep_in_frame(self) -> None:
+        self.x = min(max(self.x, 0.0), float(self._frame[0]))
+        self.y = min(max(self.y, 0.0), float(self._frame[1]))
+        self.fitted = False
+
+
+# Mouse and keys.
 
 ZOOM_STEP = 1.25
 """Factor per notch of the wheel or press of a key."""
@@ -41,17 +135,15 @@ class Navigation(QObject):
         Pixel (x, y) under the pointer, or None off the image; sent when it changes.
     contextMenuRequested(QPoint, float, float)
         Position on the screen and in the image.
-    transformChanged()
-        The transform was panned or zoomed.
     """
 
     cursorMoved = Signal(object)
     contextMenuRequested = Signal(QPoint, float, float)
-    transformChanged = Signal()
 
-    def __init__(self, transform: ViewTransform, views: Sequence[ImageView], parent: QObject) -> None:
+    def __init__(self, views: Sequence[ImageView], parent: QObject) -> None:
         super().__init__(parent)
-        self._transform = transform
+        self.transform = ViewTransform()
+        """Where all views look; after a change, `show_place`."""
         self._views = views
         self._frame: tuple[int, int] | None = None
         self._handler: PointerHandler | None = None
@@ -65,8 +157,12 @@ class Navigation(QObject):
         self._space = False
 
     def set_frame(self, size: tuple[int, int] | None) -> None:
-        """Set width and height of the frame; None for no frame, which disables the mouse."""
+        """Set width and height of the frame, and show all of it; None for no frame, which disables the mouse."""
         self._frame = size
+        if size is not None:
+            self.transform.set_frame(*size)
+            for view in self._views:
+                view.set_frame_size(*size)
         self._drag = _Drag.NONE
         self._pointer = None
         self.point_at(None)
@@ -143,8 +239,8 @@ class Navigation(QObject):
                 return True
         self._pointer = event.globalPosition()
         point = view.to_image(event.position())
-        self._transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
-        self.transformChanged.emit()
+        self.transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
+        self.show_place()
         return True
 
     def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
@@ -162,14 +258,14 @@ class Navigation(QObject):
             self._pan(-PAN_STEP * right, -PAN_STEP * down)
             return True
         if key in _ZOOM_KEYS and not modifiers & ~Qt.KeyboardModifier.ShiftModifier:
-            self._transform.zoom(_ZOOM_KEYS[key], self._transform.x, self._transform.y)
-            self.transformChanged.emit()
+            self.transform.zoom(_ZOOM_KEYS[key], self.transform.x, self.transform.y)
+            self.show_place()
             return True
         return False
 
     def _pan(self, dx: float, dy: float) -> None:
-        self._transform.pan(dx, dy)
-        self.transformChanged.emit()
+        self.transform.pan(dx, dy)
+        self.show_place()
 
     def _send(
         self,
@@ -212,11 +308,14 @@ class Navigation(QObject):
         """Take the mouse for elsewhere until it moves: the crosshair is put by others."""
         self._pointer = None
 
-    def follow(self, views: Iterable[ImageView]) -> None:
-        """Update the pixel under the pointer after these views were panned, zoomed or moved."""
+    def show_place(self) -> None:
+        """Pan and zoom all views, and update the pixel under the pointer."""
+        for view in self._views:
+            view.show_place(self.transform.x, self.transform.y, self.transform.scale)
         if self._pointer is None:
             return
-        places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in views)
+        shown = (view for view in self._views if view.isVisible())
+        places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in shown)
         there = ((view, place) for view, place in places if view.viewport().rect().contains(place.toPoint()))
         self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 

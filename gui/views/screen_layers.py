@@ -1,11 +1,11 @@
-"""Screen-resolution overlays: lines around blocks, and stripes. Views with the same sampling share them."""
+"""Screen-resolution overlays, as arrays: lines around blocks, and stripes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import cv2
@@ -16,8 +16,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, QSizeF
 from ilf.data.label_map import Box, whole
 from ilf.segmentation.editing.patches import grown
 
-from .image_view import ImageView
-from .pixel_items import Argb
+from .drawings import Argb
 
 # The mapping of image pixels to screen pixels, for lines and stripes with the same width at every zoom.
 
@@ -38,6 +37,8 @@ class Sampling:
         Width and height of the view in device pixels.
     frame : (int, int)
         Width and height of the frame.
+    ratio : float
+        Device pixels per screen pixel.
     """
 
     scale: float
@@ -45,14 +46,12 @@ class Sampling:
     y: int
     size: tuple[int, int]
     frame: tuple[int, int]
+    ratio: float = 1.0
 
-    @staticmethod
-    def of(view: ImageView) -> Sampling:
-        """The mapping of the frame to a view as it is now."""
-        transform, size, frame, ratio = view.transform, view.viewport().size(), view.frame, view.devicePixelRatioF()
-        corner = round(transform.dx() * ratio), round(transform.dy() * ratio)
-        room = round(size.width() * ratio), round(size.height() * ratio)
-        return Sampling(transform.m11() * ratio, *corner, room, (round(frame.width()), round(frame.height())))
+    @property
+    def line_width(self) -> int:
+        """Width [device px] of a line of one screen pixel."""
+        return max(round(self.ratio), 1)
 
     @property
     def left(self) -> int:
@@ -101,11 +100,11 @@ class Sampling:
         )
         return rows, columns
 
-    def on_screen(self, box: Box, ratio: float) -> QRect:
+    def on_screen(self, box: Box) -> QRect:
         """Screen pixels of a box of the device pixels that show the frame."""
         rows, columns = box
-        corner = QPointF(columns.start + self.left, rows.start + self.top) / ratio
-        size = QSizeF(columns.stop - columns.start, rows.stop - rows.start) / ratio
+        corner = QPointF(columns.start + self.left, rows.start + self.top) / self.ratio
+        size = QSizeF(columns.stop - columns.start, rows.stop - rows.start) / self.ratio
         return QRectF(corner, size).toAlignedRect()
 
     def _pixels(self, start: int, view: int, frame: int) -> NDArray[np.intp]:
@@ -164,7 +163,7 @@ class BlockLines:
         known = min(len(self._looks), len(other._looks))
         return self.in_colours == other.in_colours and np.array_equal(self._looks[:known], other._looks[:known])
 
-    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, rims: Rims, ratio: int = 1) -> Box:
+    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, sampling: Sampling) -> Box:
         """Draw the lines that depend on the labels inside a box.
 
         Parameters
@@ -175,16 +174,14 @@ class BlockLines:
             Pixels drawn there; changed in place.
         box : (slice, slice)
             Rows and columns where labels or their appearance changed.
-        rims : ((bool, bool), (bool, bool))
-            Whether the frame's own rim is at the first and last row, and column, of `here`.
-        ratio : int
-            Device pixels per screen pixel.
+        sampling : Sampling
 
         Returns
         -------
         (slice, slice)
             The box that was redrawn, slightly larger.
         """
+        ratio = sampling.line_width
         inner = grown(box, _REACH * ratio, here.shape)
         outer = grown(inner, _REACH * ratio, here.shape)
         rows, columns = (
@@ -194,7 +191,7 @@ class BlockLines:
             return inner
         at_rims = tuple(
             (rim[0] and span.start == 0, rim[1] and span.stop == size)
-            for rim, span, size in zip(rims, outer, here.shape, strict=True)
+            for rim, span, size in zip(sampling.rims, outer, here.shape, strict=True)
         )
         drawn[inner] = self._draw(here[outer], at_rims, ratio)[rows, columns]
         return inner
@@ -272,91 +269,19 @@ STYLES = {
 """What is striped -> how; later ones lie over earlier ones."""
 
 
-def stripes(mask: NDArray[np.bool_], sampling: Sampling, box: Box, style: Style, ratio: int = 1) -> Argb:
-    """Stripes in a mask, bool (H, W), on a box of the frame's device pixels; transparent elsewhere."""
-    stripe, shade = np.uint32(style.stripe), np.uint32(style.shade)
-    period, width = _PERIOD * ratio, _WIDTH * ratio
-    down = np.arange(box[0].start, box[0].stop) + sampling.top - sampling.y
-    along = np.arange(box[1].start, box[1].stop) + sampling.left - sampling.x
-    phase = (down[:, None] + style.lean * along[None]) % period
-    pattern = np.where(phase < width, stripe, np.where(phase < 2 * width, shade, np.uint32(0)))
-    return np.where(sampling.sample(mask, box), pattern, np.uint32(0)).astype(np.uint32)
-
-
-@dataclass
-class _Lines:
-    """The lines at the device pixels that show the frame, and the labels there."""
-
-    pixels: Argb
-    labels: NDArray[np.int32]
-    ratio: int
-
-
-class ScreenLayers:
-    """Lines and stripes of some views, drawn when a view is painted: it may be resized several times before."""
-
-    def __init__(self, views: Sequence[ImageView]) -> None:
-        self._views = views
-        self._blocks = BlockLines(np.zeros((1, 4), np.uint8))
-        self._labels: NDArray[np.int32] | None = None
-        self._lines: dict[Sampling, _Lines] = {}
-        self._stripes: dict[Any, tuple[Mapping[str, NDArray[np.bool_]], Argb | None]] = {}
-        """Sampling, and names and identities of masks -> the masks, which are kept for their identities, and what is
-        drawn."""
-        for view in views:
-            view.lines.find = partial(self._lines_in, view)
-            view.stripes.find = partial(self._stripes_in, view)
-
-    def show_blocks(self, labels: NDArray[np.int32] | None, blocks: BlockLines, boxes: Sequence[Box] = ()) -> None:
-        """Draw the lines of a label map, int32 (H, W), which the caller changes in place; None for none. Of the map
-        drawn last, only boxes (rows, columns) that have changed are drawn, unless blocks look different."""
-        former, self._blocks = self._blocks, blocks
-        if labels is None or labels is not self._labels or not blocks.looks_like(former):
-            self._labels = labels
-            self._lines.clear()
-            for view in self._views:
-                view.viewport().update()
-            return
-        for sampling, lines in self._lines.items():
-            parts = [sampling.box_of(box) for box in boxes]
-            for part in parts:
-                lines.labels[part] = sampling.sample(labels, part)
-            for part in parts:
-                if all(span.start < span.stop for span in part):
-                    drawn = blocks.draw(lines.labels, lines.pixels, part, sampling.rims, lines.ratio)
-                    for view in self._views:
-                        if Sampling.of(view) == sampling:
-                            view.viewport().update(sampling.on_screen(drawn, view.devicePixelRatioF()))
-
-    def _lines_in(self, view: ImageView) -> Argb | None:
-        sampling, labels = Sampling.of(view), self._labels
-        if not view.has_lines or labels is None or labels.shape != sampling.frame[::-1]:
-            return None
-        if sampling not in self._lines:
-            self._lines = {key: self._lines[key] for key in self._lines.keys() & self._seen()}
-            everywhere = whole(sampling.shape)
-            lines = _Lines(np.zeros(sampling.shape, np.uint32), sampling.sample(labels, everywhere), view.pixel_ratio)
-            self._blocks.draw(lines.labels, lines.pixels, everywhere, sampling.rims, lines.ratio)
-            self._lines[sampling] = lines
-        return self._lines[sampling].pixels
-
-    def _stripes_in(self, view: ImageView) -> Argb | None:
-        sampling = Sampling.of(view)
-        key = sampling, *((name, id(mask)) for name, mask in view.striped.items())
-        if key not in self._stripes:
-            seen = self._seen()
-            self._stripes = {key: drawn for key, drawn in self._stripes.items() if key[0] in seen}
-            self._stripes[key] = view.striped, _striped(sampling, view)
-        return self._stripes[key][1]
-
-    def _seen(self) -> set[Sampling]:
-        return {Sampling.of(view) for view in self._views if view.isVisible()}
-
-
-def _striped(sampling: Sampling, view: ImageView) -> Argb | None:
+def stripes(masks: Mapping[str, NDArray[np.bool_]], sampling: Sampling) -> Argb | None:
+    """Stripes in masks, bool (H, W), by their names in `STYLES`, at the device pixels that show the frame; transparent
+    elsewhere. None if there are no masks."""
     drawn, everywhere = None, whole(sampling.shape)
-    for name, mask in view.striped.items():
+    period, width = _PERIOD * sampling.line_width, _WIDTH * sampling.line_width
+    down = np.arange(len(sampling.rows))[:, None] + sampling.top - sampling.y
+    along = np.arange(len(sampling.columns)) + sampling.left - sampling.x
+    for name, mask in masks.items():
         if mask.shape == sampling.frame[::-1]:
-            part = stripes(mask, sampling, everywhere, STYLES[name], view.pixel_ratio)
-            drawn = part if drawn is None else np.where(sampling.sample(mask, everywhere), part, drawn)
+            style = STYLES[name]
+            phase = (down + style.lean * along) % period
+            shade = np.where(phase < 2 * width, np.uint32(style.shade), np.uint32(0))
+            pattern = np.where(phase < width, np.uint32(style.stripe), shade)
+            below = np.zeros(sampling.shape, np.uint32) if drawn is None else drawn
+            drawn = np.where(sampling.sample(mask, everywhere), pattern, below)
     return drawn

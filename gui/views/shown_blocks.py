@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box
+from ilf.data.label_map import Box, whole
 from ilf.drawing.blocks import inner_points
 
 from ..state.document import Document
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
-from .image_view import ImageView
-from .pixel_items import Pixels, packed
-from .screen_layers import BlockLines, ScreenLayers
+from .drawings import Argb, Pixels
+from .image_view import ImageView, packed
+from .screen_layers import BlockLines, Sampling
 from .view_data import ViewData, colour_table
 
 BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION
@@ -36,10 +37,12 @@ class ShownBlocks:
 
     def __init__(self, workspace: Workspace, data: ViewData, views: Sequence[ImageView]) -> None:
         self._views = views
-        self._layers = ScreenLayers(views)
         self.labels: NDArray[np.int32] | None = None
         self.colours = np.zeros((1, 4), np.uint8)
         self.pixels: Pixels | None = None
+        self._look = BlockLines(self.colours)
+        self._lines: dict[Sampling, tuple[NDArray[np.int32], Argb]] = {}
+        """Labels at the device pixels that show the frame, and the lines there; for views with the same sampling."""
         self._data = data
         self._drawn: NDArray[np.int32] | None = None
         """The label map that was drawn last, of which `labels` is a copy."""
@@ -48,6 +51,8 @@ class ShownBlocks:
         self._opacity = 0.45
         self._shows_names = self._contours_only = False
         workspace.labels_changed.connect(self._boxes.append)
+        for view in views:  # drawn when a view is painted: it may be resized several times before
+            view.lines.find = partial(self._find_lines, view)
 
     def draw(self, parts: Part) -> None:
         """Draw what has changed: all if colours have, else the changed boxes, the selection and the names."""
@@ -71,8 +76,12 @@ class ShownBlocks:
             self._fill()
         else:
             self._fill_boxes(boxes, own, self.pixels)
-        lines = BlockLines(self.colours, document.selected, sorted(document.state.to_check), self._contours_only)
-        self._layers.show_blocks(own, lines, boxes)
+        former_look = self._look
+        self._look = BlockLines(self.colours, document.selected, sorted(document.state.to_check), self._contours_only)
+        if is_other or not self._look.looks_like(former_look):
+            self._drop_lines()
+        else:
+            self._draw_lines(own, boxes)
         if is_other or parts & ~(Part.STROKE | Part.SELECTION):
             self._write_names(document, own)
 
@@ -96,9 +105,40 @@ class ShownBlocks:
         if self.labels is not None:
             self._drawn = self.labels = None
             self._fill()
-            self._layers.show_blocks(None, BlockLines(self.colours))
+            self._drop_lines()
             for view in self._views:
                 view.write_names({}, {})
+
+    def _drop_lines(self) -> None:
+        self._lines.clear()
+        for view in self._views:
+            view.viewport().update()
+
+    def _draw_lines(self, labels: NDArray[np.int32], boxes: Sequence[Box]) -> None:
+        """Draw the lines that depend on changed boxes of the label map."""
+        for sampling, (here, pixels) in self._lines.items():
+            parts = [sampling.box_of(box) for box in boxes]
+            for part in parts:
+                here[part] = sampling.sample(labels, part)
+            for part in parts:
+                if all(span.start < span.stop for span in part):
+                    place = sampling.on_screen(self._look.draw(here, pixels, part, sampling))
+                    for view in self._views:
+                        if view.sampling == sampling:
+                            view.viewport().update(place)
+
+    def _find_lines(self, view: ImageView) -> Argb | None:
+        sampling, labels = view.sampling, self.labels
+        if not view.has_lines or labels is None or labels.shape != sampling.frame[::-1]:
+            return None
+        if sampling not in self._lines:
+            seen = {view.sampling for view in self._views if view.isVisible()}
+            self._lines = {key: lines for key, lines in self._lines.items() if key in seen}
+            everywhere = whole(sampling.shape)
+            here, pixels = sampling.sample(labels, everywhere), np.zeros(sampling.shape, np.uint32)
+            self._look.draw(here, pixels, everywhere, sampling)
+            self._lines[sampling] = here, pixels
+        return self._lines[sampling][1]
 
     def _fill(self) -> None:
         fills = self._fills()

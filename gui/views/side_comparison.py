@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainterPath
 
 from .cell import Cell
@@ -16,7 +16,7 @@ _NEAR = 8
 """Distance from the line [screen px] within which it can be dragged."""
 
 
-class SideComparison(QObject):
+class SideComparison:
     """Sides A and B of the comparison: by default the compared run, or depth in, and the result. A divider in the views
     that show both has side A at its left and side B at its right.
 
@@ -24,18 +24,13 @@ class SideComparison(QObject):
     ----------
     data : ViewData
     cells : collection of Cell
-
-    Signals
-    -------
-    changed(str)
-        The part of the data that changed.
+    draw : callable
+        Draws a part of the data that has changed.
     """
 
-    changed = Signal(str)
-
-    def __init__(self, data: ViewData, cells: Collection[Cell], parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, data: ViewData, cells: Collection[Cell], draw: Callable[[str], None]) -> None:
         self._data = data
+        self._draw = draw
         self._cells = {cell.view: cell for cell in cells}
         self._items = {view: HaloPath(2, QColor("white"), 150, 6.5) for view in self._cells}
         for view, item in self._items.items():
@@ -60,14 +55,14 @@ class SideComparison(QObject):
             if name not in ("", *COMPARABLE):
                 raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
         self._data.chosen_sides = first, second
-        self.changed.emit("runs")
-        self.changed.emit("swipe")
+        self._draw("runs")
+        self._draw("swipe")
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A in place of the result, or the result again."""
         if on != self._data.shows_a_as_result:
             self._data.shows_a_as_result = on
-            self.changed.emit("result")
+            self._draw("result")
 
     def set_frame(self, width: int, height: int) -> None:
         """Set the size of a new frame; the divider moves to its middle."""
@@ -84,14 +79,14 @@ class SideComparison(QObject):
                 if not columns.start < x < columns.stop:
                     x = float((columns.start + columns.stop) // 2)
             self._place(x)
-            self.changed.emit("swipe")
+            self._draw("swipe")
 
     def move_to(self, x: float) -> None:
         """Move the divider to a column of the frame."""
         x = float(min(max(round(x), self._frame.left()), self._frame.right()))
         if x != self.x:
             self._place(x)
-            self.changed.emit("swipe")
+            self._draw("swipe")
 
     def _place(self, x: float) -> None:
         self.x = x

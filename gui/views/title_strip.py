@@ -31,14 +31,11 @@ class TitleStrip(QWidget):
 
     Signals
     -------
-    titled(str)
-        The title changed.
     doubleClicked()
     menuRequested(QPoint)
         The title was clicked: open the menu at this position on the screen.
     """
 
-    titled = Signal(str)
     doubleClicked = Signal()
     menuRequested = Signal(QPoint)
 
@@ -64,15 +61,17 @@ class TitleStrip(QWidget):
             self.title, self._swatch = title, colour
             self.setAccessibleName(f"View: {title}")
             self._describe()
-            self.titled.emit(title)
             self.update()
 
     @property
     def title_end(self) -> int:
         """Right end of the title [px from the left]."""
-        swatch = _SWATCH + PAD if self._swatch is not None else 0
-        room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + swatch)
+        room = max(self._right - self._text_width, _MIN_TITLE_WIDTH + self._swatch_width)
         return min(self._title_width, room)
+
+    @property
+    def _swatch_width(self) -> int:
+        return _SWATCH + PAD if self._swatch is not None else 0
 
     @property
     def _text_width(self) -> int:
@@ -82,8 +81,7 @@ class TitleStrip(QWidget):
     @property
     def _title_width(self) -> int:
         """Width of the whole title [px]."""
-        swatch = _SWATCH + PAD if self._swatch is not None else 0
-        return 2 * PAD + swatch + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
+        return 2 * PAD + self._swatch_width + self.fontMetrics().horizontalAdvance(self.title) + _ARROW + PAD
 
     @property
     def _right(self) -> int:
@@ -166,7 +164,7 @@ class TitleStrip(QWidget):
         left, end = PAD, self.title_end
         if self._swatch is not None:
             painter.fillRect(left, (self.height() - _SWATCH) // 2, _SWATCH, _SWATCH, self._swatch)
-            left += _SWATCH + PAD
+        left += self._swatch_width
         painter.setPen(colour)
         room = QRect(left, 0, end - left - 2 * PAD - _ARROW, self.height())
         title = self.fontMetrics().elidedText(self.title, Qt.TextElideMode.ElideRight, room.width() + PAD // 2)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QPalette
 
 from ilf.completion.suspects import suspect_islands
 from ilf.data.frame import RGBDFrame
@@ -17,6 +17,7 @@ from ilf.data.results import Completion
 from ilf.project.run_history import StoredRun
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
+from ..base import theme
 from ..state.document import Document
 from ..state.parts import EVERY_PART, NO_PART, Part
 from ..state.workspace import Workspace
@@ -96,7 +97,7 @@ Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-class ShownDepth(NamedTuple):
+class MarkedDepth(NamedTuple):
     """One depth [m], NaN = missing, with masks of extrapolated pixels and of pixels from an older state of a block."""
 
     depth: Depth
@@ -171,7 +172,7 @@ class ViewData:
         Of the document, or the one that is played.
     invalid_mask, suspect, by_hand : ndarray of bool, shape (H, W), or None
         Measured pixels that are invalid, those whose depth the fill has left out, and those with depth by hand.
-    result : ShownDepth or None
+    result : MarkedDepth or None
     moment : str
         Which earlier iteration the result is from; "" for the current one.
     runs : list of StoredRun
@@ -198,6 +199,8 @@ class ViewData:
         The commands that select a stage.
     ranges : dict
         Kind of `KINDS` -> Range.
+    colours : Colours
+        Of the theme.
     """
 
     def __init__(self, workspace: Workspace) -> None:
@@ -207,6 +210,7 @@ class ViewData:
         self.ranges = {kind: Range() for kind in KINDS}
         self.depth_map = DEPTH_MAP
         self.depth_table = depth_table(self.depth_map)
+        self.colours = theme.colours(QPalette())
         self.chosen_sides = ("", "")
         self.swipe_column: int | None = None
         self.shows_missing = False
@@ -225,7 +229,7 @@ class ViewData:
         self.invalid_mask: Mask | None = None
         self.by_hand: Mask | None = None
         self.suspect: Mask | None = None
-        self.result: ShownDepth | None = None
+        self.result: MarkedDepth | None = None
         self.moment = ""
         self.runs: list[StoredRun] = []
         self.earlier: StoredRun | None = None
@@ -280,13 +284,13 @@ class ViewData:
             self.result = _plain(self.former.depth)
             return
         if viewed is not None:
-            self.result = ShownDepth(viewed.depth)
+            self.result = MarkedDepth(viewed.depth)
             return
         completion, depth = document.completion(), document.current_depth()
         if document.proposal is not None:
             depth = document.with_proposal(document.frame.depth if depth is None else depth)
         extrapolated = None if completion is None else _any(completion.extrapolated)
-        self.result = None if depth is None else ShownDepth(depth, extrapolated, document.stale)
+        self.result = None if depth is None else MarkedDepth(depth, extrapolated, document.stale)
         self.suspect = suspect_islands(completion.frame) if completion is not None and completion.suspect else None
 
     def _read_runs(self, document: Document) -> None:
@@ -343,11 +347,11 @@ class ViewData:
             return self.under_way
         return NO_RESULT if self.document is None or self.document.counts() else NO_BLOCKS
 
-    def depth(self, depth: str) -> ShownDepth | None:
+    def depth(self, depth: str) -> MarkedDepth | None:
         """Depth by its name, with side A in place of the result if it is shown there; None if it is not available."""
         return self.own_depth(self.sides[0] if depth == "result" and self.shows_a_as_result else depth)
 
-    def own_depth(self, depth: str) -> ShownDepth | None:
+    def own_depth(self, depth: str) -> MarkedDepth | None:
         """Depth by its name; None if it is not available."""
         if depth == "result":
             return self.result
@@ -363,9 +367,9 @@ class ViewData:
         if depth in plain:
             return _plain(plain[depth])
         run = self.run(depth)
-        return None if run is None else ShownDepth(run.completion.depth, _any(run.completion.extrapolated))
+        return None if run is None else MarkedDepth(run.completion.depth, _any(run.completion.extrapolated))
 
-    def swiped(self, column: int) -> ShownDepth | None:
+    def swiped(self, column: int) -> MarkedDepth | None:
         """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
         first, second = (self.depth(side) for side in self.sides)
         if first is None or second is None:
@@ -375,7 +379,7 @@ class ViewData:
         for left, right in ((first.extrapolated, second.extrapolated), (first.stale, second.stale)):
             there = (False if mask is None else mask for mask in (left, right))
             marks.append(None if left is right is None else np.where(columns, *there))
-        return ShownDepth(np.where(columns, first.depth, second.depth), *marks)
+        return MarkedDepth(np.where(columns, first.depth, second.depth), *marks)
 
     @property
     def side_labels(self) -> tuple[NDArray[np.int32], NDArray[np.int32]] | None:
@@ -442,8 +446,8 @@ class ViewData:
         return next(there, otherwise)
 
 
-def _plain(depth: Depth | None) -> ShownDepth | None:
-    return None if depth is None else ShownDepth(depth)
+def _plain(depth: Depth | None) -> MarkedDepth | None:
+    return None if depth is None else MarkedDepth(depth)
 
 
 def _invalid(frame: RGBDFrame) -> Mask | None:

@@ -58,22 +58,22 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
 
     cloud.set_colour_by(ColourBy.EXPECTED)
     scene = shown(opened, qtbot)
-    assert scene.layer is not None, "worked out for who looks at it here"
-    assert (scene.request.unit, scene.layer.logarithmic) == ("mm", True)
+    assert scene.layer.has_values, "worked out for who looks at it here"
+    assert (scene.unit, scene.layer.logarithmic) == ("mm", True)
     opened.workspace.current.set_ground_truth(completion.depth - np.float32(0.02))
     cloud.set_colour_by(ColourBy.ERROR)
     colours = shown(opened, qtbot).colours
     assert (colours == colours[0]).all(), "20 mm everywhere"
     assert colours[0, 0] > colours[0, 2], "too far is red"
     opened.workspace.current.set_ground_truth(None)
-    assert shown(opened, qtbot).layer is None
+    assert not shown(opened, qtbot).layer.has_values
 
     other = StoredRun(1, "Run 1", document.run(document.state.common), dict(document.valid_results()), 1.0, (1, 2, 3))
     document.keep_run(other)
     opened.workspace.current.compare_runs([other])
     cloud.set_colour_by(ColourBy.DIFFERENCE)
     scene = shown(opened, qtbot)
-    assert scene.request.unit == "mm"
+    assert scene.unit == "mm"
 
     opened.workspace.select([1])
     actions["cloud_selected_only"].setChecked(True)
@@ -105,6 +105,17 @@ def test_points_and_pixels_are_linked(opened, qtbot):
     x, y = canvas._marked or (0, 0)
     assert np.abs(np.subtract((x, y), wanted)).max() <= 1
     assert opened.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
+
+
+def test_the_command_turns_between_images_and_cloud_also_if_they_are_side_by_side(opened):
+    seen, turn = [], opened.actions_["turn_cloud"].trigger
+    for beside in (False, True):
+        opened.actions_["cloud_beside"].setChecked(beside)
+        for _ in range(2):
+            turn()
+            seen.append((opened.views.isVisible(), opened.cloud.isVisible()))
+    assert seen == [(False, True), (True, False)] * 2
+    assert not opened.actions_["cloud_beside"].isChecked()
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):

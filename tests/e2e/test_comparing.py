@@ -44,18 +44,18 @@ def test_runs_come_to_the_views_and_one_looks_at_the_other_while_a_key_is_held(r
     window.refresh.now()
     assert cell.concrete == "difference:result:run-1"
     out = window.views.cells["depth-out"]
-    row, column = np.argwhere(out.picture.drawn[0] != kept.completion.depth)[0]
-    now, difference = out.picture.value_at(column, row), cell.picture.value_at(column, row)
+    row, column = np.argwhere(out.view.drawn[0] != kept.completion.depth)[0]
+    now, difference = out.view.value_at(column, row), cell.view.value_at(column, row)
     out.view.setFocus()
     qtbot.keyPress(out.view, Qt.Key.Key_V)
-    assert out.picture.value_at(column, row) == kept.completion.depth[row, column] != now
+    assert out.view.value_at(column, row) == kept.completion.depth[row, column] != now
     assert out.strip.title == "Best"
-    assert cell.picture.value_at(column, row) == difference != 0, "their difference stays to be seen"
+    assert cell.view.value_at(column, row) == difference != 0, "their difference stays to be seen"
     qtbot.keyRelease(out.view, Qt.Key.Key_V)
-    assert (out.picture.value_at(column, row), out.strip.title) == (now, "Depth out")
+    assert (out.view.value_at(column, row), out.strip.title) == (now, "Depth out")
     window.actions_["swipe"].trigger()
     window.views.sides.move_to(window.workspace.current.frame.shape[1])
-    assert out.picture.value_at(column, row) == kept.completion.depth[row, column]
+    assert out.view.value_at(column, row) == kept.completion.depth[row, column]
     assert "Best" in readout(window, (int(column), int(row)))
     document = window.workspace.current
     document.delete_runs(list(document.state.runs))
@@ -167,7 +167,7 @@ def test_a_truth_is_shown_and_the_readout_says_how_far_off_the_result_is(opened,
     opened.refresh.now()
     cell = opened.views.cells["evaluation"]
     depth = opened.workspace.current.current_depth()
-    assert cell.picture.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
+    assert cell.view.value_at(4, 5) == pytest.approx(1000 * (depth[5, 4] - 2), abs=0.01)
     assert "truth 2.000 m" in readout(opened, (4, 5))
     assert "error" in opened.feature(StatusFeature).bar.readout.text()
     opened.actions_["compare_two"].trigger()

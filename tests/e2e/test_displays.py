@@ -41,7 +41,7 @@ def test_a_run_opens_no_panel(opened, qtbot, run_all):
     run_all(opened)
     assert (opened.panels.open, opened.views.width()) == (panels, share)
     opened.panels.reveal("Convergence")
-    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.records))
+    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.readout.text))
     assert opened.views.width() == share, "the curves take no room from the pictures"
 
 

@@ -16,7 +16,7 @@ from .conftest import readout
 
 
 def _picture(window):
-    return window.views.cells["expected-error"].picture.image
+    return window.views.cells["expected-error"].view.shown
 
 
 def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):

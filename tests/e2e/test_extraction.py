@@ -37,7 +37,7 @@ def _settle(window, qtbot):
 
 
 def _picture(window) -> NDArray[np.uint8] | None:
-    return window.views.cells["extraction"].picture.image
+    return window.views.cells["extraction"].view.shown
 
 
 def _pictures_given(window, monkeypatch) -> list[tuple[tuple[int, ...], str]]:
@@ -313,7 +313,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()
     document = window.workspace.current
-    assert window.views.cells["colour"].picture.image is not None
+    assert window.views.cells["colour"].view.shown is not None
     assert (document.counts(), document.unsaved, window.actions_["run_all"].isEnabled()) == ({}, False, False)
     mine = np.zeros(document.labels.shape, np.int32)
     mine[:20] = 7

@@ -67,7 +67,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     np.testing.assert_array_equal(completion.depth[~completion.extrapolated], before.depth[~completion.extrapolated])
     np.testing.assert_array_equal(cell.view.striped["extrapolated"], completion.extrapolated)
     assert "extrapolated" not in margin.views.cells["depth-in"].view.striped
-    assert (cell.picture.image[completion.extrapolated] > 0).all()
+    assert (cell.view.shown[completion.extrapolated] > 0).all()
     assert "(extrapolated)" in margin.feature(StatusFeature).bar.readout.text()
     assert "extrapolated" not in readout(margin, (30, 10))
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
@@ -82,7 +82,7 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     margin.actions_["clear_results"].trigger()
     margin.refresh.now()
     assert "extrapolated" not in cell.view.striped
-    assert cell.picture.image is None
+    assert cell.view.shown is None
 
 
 def test_a_dense_export_is_that_of_the_command_line_and_comes_back_dense(margin, qtbot, run_all, reported, tmp_path):

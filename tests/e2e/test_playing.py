@@ -182,19 +182,19 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
         if number:
             loaded(window, qtbot, window.actions_["next_frame"].trigger)
         window.refresh.now()
-        assert cell.picture.value_at(40, 5) is None
+        assert cell.view.value_at(40, 5) is None
         workspace.current.replace_blocks(np.ones(workspace.current.frame.shape, np.int32), "One block")
         run_all(window)
-    qtbot.waitUntil(lambda: cell.picture.value_at(40, 5) is not None)
+    qtbot.waitUntil(lambda: cell.view.value_at(40, 5) is not None)
     assert cell.strip.title == "Flicker of depth out"
-    assert abs(cell.picture.value_at(40, 5)) < 5
+    assert abs(cell.view.value_at(40, 5)) < 5
     low, high = cell.bar.levels
     assert -high == low
     assert high < 50
     views.point_at((40, 5))
     window.refresh.now()
     assert "flicker out" in window.feature(StatusFeature).bar.readout.text()
-    assert cell.bar.value == cell.picture.value_at(40, 5)
+    assert cell.bar.value == cell.view.value_at(40, 5)
     window.actions_["previous_frame"].trigger()
     window.refresh.now()
     assert views.data.before.text == "The list has no frame before this one"

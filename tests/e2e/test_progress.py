@@ -7,7 +7,7 @@ from .conftest import open_frame, write_frame
 
 
 def _messages(window) -> set[str]:
-    return {cell.view._message for cell in window.views.cells.values() if cell.view.isVisible()}
+    return {cell.view.layer.message for cell in window.views.cells.values() if cell.view.isVisible()}
 
 
 def test_a_pause_is_told_with_what_is_done_and_a_run_follows_an_extraction_under_way(opened, qtbot):

@@ -10,7 +10,7 @@ from gui.features.curves import CurvesFeature
 
 def _shown(window):
     window.refresh.now()
-    return window.views.cells["depth-out"].picture.drawn[0]
+    return window.views.cells["depth-out"].view.drawn[0]
 
 
 def test_the_views_look_back_and_return(opened, qtbot, run_all):

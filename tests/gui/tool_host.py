@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 import ilf
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.tools.base import Point, Result, Tool, ToolOptions
-from gui.tools.edge_data import EdgeData, edge_data_of
+from gui.tools.base import EdgeData, Point, Result, Tool, ToolOptions
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch
@@ -25,7 +24,7 @@ class ToolHost:
         strength = np.zeros(frame.shape, np.float32)
         strength[:, 29:31] = 1.0
         regions = np.where(np.arange(frame.shape[1]) < 30, 1, 2) + np.zeros(frame.shape, np.int32)
-        self.edge_data: EdgeData | None = edge_data_of(frame, strength, regions.astype(np.int32))
+        self.edge_data: EdgeData | None = EdgeData.of(frame, strength, regions.astype(np.int32))
         self.preview: Preview | None = None
         self.said: list[str] = []
         self.waits = False

@@ -26,7 +26,7 @@ from ilf.drawing.colours import robust_depth_levels, to_indices
 from ilf.errors import InputError
 
 from ...views.colours import DEPTH_MAP, depth_table
-from ...views.pixel_items import rgb_image
+from ...views.drawings import rgb_image
 from ...widgets.basics import Message, PlainLabel, answers, lay_out
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest

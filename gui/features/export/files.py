@@ -93,6 +93,7 @@ class FilesForm(QWidget):
             "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)",
         )
         self.cloud, self.mesh = QCheckBox("Write the point cloud"), QCheckBox("Write a mesh, cut where depth jumps")
+        self.cloud.setToolTip("All points, also those that Clip and Selected only leave out in the 3D view")
         self.cloud_format = combo(
             _CLOUD_FORMATS,
             "PLY and PCD contain for every point its expected error (0 where depth was measured), whether it was "

@@ -22,7 +22,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.opening import opened
 
 from ...state.entries import Entry
-from ...views.pixel_items import rgb_image
+from ...views.drawings import rgb_image
 from ...work.jobs import Worker
 
 # Thumbnail of a frame's colour image.

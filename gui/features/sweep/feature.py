@@ -34,7 +34,7 @@ from ...base import theme
 from ...state.parts import Part
 from ...views.colour_bar import ColourBar
 from ...views.colours import error_table
-from ...views.pixel_items import rgb_image
+from ...views.drawings import rgb_image
 from ...widgets.basics import Message, PlainLabel, combo, give_size, label_of, lay_out, scrolled
 from ...widgets.notices import error_text
 from ...work.frame_runs import RunState

@@ -31,7 +31,7 @@ from ...base.theme import Colours
 from ..drawings import write_on_plate
 from ..interaction import ARROWS
 from .drawing import CloudDrawing
-from .scene import Scene, empty_scene
+from .scene import Scene
 
 # Overlays of a cloud: axes, mark, lines.
 
@@ -115,14 +115,11 @@ class CloudCanvas(QWidget):
         x and y of the pixel whose point was clicked, and whether Ctrl was held.
     hover_changed(bool)
         The pointer entered or left.
-    failed(object)
-        The exception that stopped the drawing.
     """
 
     hovered = Signal(object)
     picked = Signal(int, int, bool)
     hover_changed = Signal(bool)
-    failed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -146,7 +143,6 @@ class CloudCanvas(QWidget):
         self._texts: Sequence[str] = ()
         self.drawing = CloudDrawing(self)
         self.drawing.ready.connect(self.update)
-        self.drawing.failed.connect(self.failed)
 
     # what is shown
 
@@ -166,7 +162,7 @@ class CloudCanvas(QWidget):
     def set_message(self, text: str) -> None:
         """Show a text in place of a cloud."""
         self.message = text
-        self.drawing.set_scene(empty_scene())
+        self.drawing.set_scene(Scene())
         self._set_pixel(None)
         self.update()
 

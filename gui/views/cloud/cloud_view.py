@@ -20,7 +20,7 @@ _STEPS = 1000
 
 
 class DepthClip(QWidget):
-    """Sliders of the nearest and the farthest depth that are drawn.
+    """Sliders of the nearest and the farthest depth that are drawn; what is exported is not clipped.
 
     Signals
     -------
@@ -37,7 +37,7 @@ class DepthClip(QWidget):
         """Depth range [m] that is drawn."""
         self.near, self.far = self._slider("Nearest depth"), self._slider("Farthest depth")
         self._labels = PlainLabel(), PlainLabel()
-        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth"), margins=(8, 0, 8, 2))
+        layout = lay_out(QHBoxLayout(self), PlainLabel("Depth drawn"), margins=(8, 0, 8, 2))
         for slider, label in zip((self.near, self.far), self._labels, strict=True):
             label.setFixedWidth(self.fontMetrics().horizontalAdvance("00.00 m"))
             label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -56,7 +56,7 @@ class DepthClip(QWidget):
         slider.setSingleStep(_STEPS // 100)
         slider.setPageStep(_STEPS // 10)
         slider.setAccessibleName(what)
-        slider.setToolTip(f"{what} that is drawn")
+        slider.setToolTip(f"{what} that is drawn, in this view only")
         slider.valueChanged.connect(lambda _: self._take(slider))
         return slider
 
@@ -68,12 +68,9 @@ class DepthClip(QWidget):
         start, end = self._bounds
         nearest = start + near / _STEPS * (end - start) if near > 0 else -math.inf
         farthest = start + far / _STEPS * (end - start) if far < _STEPS else math.inf
-        self._set(nearest, farthest)
-
-    def _set(self, low: float, high: float) -> None:
-        self.depths = low, high
+        self.depths = nearest, farthest
         self._show()
-        self.changed.emit(low, high)
+        self.changed.emit(nearest, farthest)
 
     def _show(self) -> None:
         start, end = self._bounds
@@ -130,17 +127,11 @@ class CloudView(Themed, QWidget):
         """Show a cloud; without `reset`, keep the camera, for the same frame."""
         self.canvas.set_scene(scene, reset)
         self.clip.set_bounds(*scene.depths)
-        request, layer = scene.request, scene.layer
-        self.strip.set_title("" if request is None else request.title)
-        note = "" if request is None else request.note
-        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", note))))
+        self.strip.set_title(scene.title)
+        self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
         self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
-        if request is None or layer is None:
-            self.bar.set_levels(None)
-        else:
-            self.bar.set_unit(request.unit)
-            self.bar.set_table(layer.table)
-            self.bar.set_levels(layer.levels, layer.logarithmic)
+        self.bar.set_unit(scene.unit)
+        self.bar.show_layer(scene.layer)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Show a text in place of the cloud."""
@@ -182,7 +173,7 @@ class CloudView(Themed, QWidget):
         bar.addWidget(self._colour_button)
         bar.addSeparator()
         self._clip_action = clip = _checkable(bar, "Clip", False)
-        clip.setToolTip("Draw only a range of depths")
+        clip.setToolTip("Draw only a range of depths; files that are exported have all points")
         clip.toggled.connect(self._show_clip)
         bar.addSeparator()
         self._look_menu = self._make_look_menu()

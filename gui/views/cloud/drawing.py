@@ -14,7 +14,7 @@ from PySide6.QtGui import QImage
 from ilf.drawing.clouds import Sight, Splat, splat, splat_steps
 
 from ...work.latest_request import LatestRequest
-from .scene import Scene, empty_scene
+from .scene import Scene
 
 MOVING_POINTS, MOVING_PIXELS = 400_000, 1_000_000
 """Most points and picture pixels of a moving cloud: drawn in about 0.03 s."""
@@ -50,7 +50,7 @@ class CloudDrawing(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.scene = empty_scene()
+        self.scene = Scene()
         self._look: Sight | None = None
         self._picture: _Picture | None = None
         self._subset: Scene | None = None
@@ -128,11 +128,6 @@ class CloudDrawing(QObject):
         if not self.is_full:
             self._rest.start()
 
-    @property
-    def busy(self) -> bool:
-        """Whether the full picture is pending."""
-        return self._rest.isActive() or self._whole.busy
-
     def _draw_now(self, look: Sight) -> None:
         side, count = detail(len(self.scene), look.width * look.height)
         coarse = look if side == 1 else _coarse(look, side)
@@ -151,7 +146,13 @@ class CloudDrawing(QObject):
             starts = np.linspace(0, total, count, endpoint=False)
             some = (starts + np.random.default_rng(0).random(count) * (total / count)).astype(np.intp)
             spacing = scene.spacing * math.sqrt(total / count)
-            self._subset = Scene(scene.points[some], scene.pixels[some], scene.width, scene.colours[some], spacing)
+            self._subset = replace(
+                scene,
+                points=scene.points[some],
+                pixels=scene.pixels[some],
+                colours=scene.colours[some],
+                spacing=spacing,
+            )
         return self._subset
 
     def _ask_whole(self) -> None:

@@ -1,8 +1,8 @@
-"""A point cloud to draw: its points with their pixels and colours, and the request that they are computed for."""
+"""A point cloud to draw: what it is of and what colours it, and its points with their pixels and colours."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
@@ -46,14 +46,14 @@ Mark = tuple[NDArray[np.bool_], QColor, str]
 
 
 @dataclass(frozen=True, eq=False)
-class CloudRequest:
-    """Request for a scene.
+class Scene:
+    """Point cloud of one frame: what is asked for, and the points that `compose` finds.
 
     Parameters
     ----------
     key : str
         Key of the document.
-    intrinsics : Camera
+    intrinsics : Camera, optional
     depth : ndarray
         float32 (H, W) [m], of the points.
     layer : Layer
@@ -70,20 +70,38 @@ class CloudRequest:
         The only blocks shown; None for all pixels.
     labels : ndarray, optional
         int32 (H, W), with `chosen`.
+    points : ndarray
+        float32 (N, 3) [m], x right, y down, z forward, in camera coordinates.
+    pixels : ndarray
+        int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
+    colours : ndarray
+        uint8 (N, 3), red first.
+    spacing : float
+        Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
+    depths : tuple of float
+        Smallest and largest z [m].
+    legend : tuple
+        Colours and their meaning.
     """
 
-    key: str
-    intrinsics: Camera
-    depth: NDArray[np.float32]
-    layer: Layer
-    unit: str
-    title: str
-    note: str
-    plain: QColor
-    lacking: str
+    key: str = ""
+    intrinsics: Camera | None = None
+    depth: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    layer: Layer = field(default_factory=Layer)
+    unit: str = ""
+    title: str = ""
+    note: str = ""
+    plain: QColor = field(default_factory=QColor)
+    lacking: str = ""
     marks: tuple[Mark, ...] = ()
     chosen: frozenset[int] | None = None
     labels: NDArray[np.int32] | None = None
+    points: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 3), np.float32))
+    pixels: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    colours: NDArray[np.uint8] = field(default_factory=lambda: np.empty((0, 3), np.uint8))
+    spacing: float = 0.0
+    depths: tuple[float, float] = (0.0, 1.0)
+    legend: tuple[tuple[QColor, str], ...] = ()
 
     @property
     def geometry(self) -> list[Any]:
@@ -97,67 +115,22 @@ class CloudRequest:
         texts = self.unit, self.title, self.note, self.lacking
         return [*map(id, self.layer.parts), *self.layer.look, *texts, self.plain, marks]
 
-
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """Point cloud of one frame.
-
-    Parameters
-    ----------
-    points : ndarray
-        float32 (N, 3) [m], x right, y down, z forward, in camera coordinates.
-    pixels : ndarray
-        int32 (N,), rising: index of each point's pixel, its row times the frame's width plus its column.
-    width : int
-        Width of the frame [px].
-    colours : ndarray
-        uint8 (N, 3), red first.
-    spacing : float
-        Distance of neighbouring points over their depth, see `ilf.drawing.clouds.spacing_of`.
-    depths : tuple of float
-        Smallest and largest z [m].
-    legend : tuple
-        Colours and their meaning.
-    request : CloudRequest, optional
-        What was asked for.
-    """
-
-    points: NDArray[np.float32]
-    pixels: NDArray[np.int32]
-    width: int
-    colours: NDArray[np.uint8]
-    spacing: float = 0.0
-    depths: tuple[float, float] = (0.0, 0.0)
-    legend: tuple[tuple[QColor, str], ...] = ()
-    request: CloudRequest | None = None
-
     def __len__(self) -> int:
         return len(self.points)
 
-    @property
-    def layer(self) -> Layer | None:
-        """The one with the values whose colours these are; None for colours of the image."""
-        return None if self.request is None or self.request.layer.picture is not None else self.request.layer
-
     def pixel_of(self, index: int) -> tuple[int, int]:
         """Pixel (x, y) of a point."""
-        row, column = divmod(int(self.pixels[index]), self.width)
+        row, column = divmod(int(self.pixels[index]), self.depth.shape[1])
         return column, row
 
     def index_of(self, pixel: tuple[int, int]) -> int | None:
         """Index of the point of a pixel (x, y); None if it has none."""
         x, y = pixel
-        if not 0 <= x < self.width:
+        if not 0 <= x < self.depth.shape[1]:
             return None
-        wanted = y * self.width + x
+        wanted = y * self.depth.shape[1] + x
         index = int(np.searchsorted(self.pixels, wanted))
         return index if index < len(self.pixels) and self.pixels[index] == wanted else None
-
-
-def empty_scene() -> Scene:
-    """Scene without points."""
-    nothing = np.empty((0, 3), np.float32)
-    return Scene(nothing, np.empty(0, np.int32), 1, np.empty((0, 3), np.uint8))
 
 
 def signed_table() -> NDArray[np.uint8]:
@@ -170,38 +143,33 @@ def signed_table() -> NDArray[np.uint8]:
     return table
 
 
-def compose(request: CloudRequest, before: Scene | None = None) -> Scene:
-    """Compute the requested scene, in a worker; `before` is a scene with the same points to reuse."""
-    if before is None:
-        only = (
-            None if request.chosen is None or request.labels is None else np.isin(request.labels, list(request.chosen))
-        )
-        points, pixels = back_project(request.depth, request.intrinsics, only)
-        ends = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
-        before = Scene(points, pixels, request.depth.shape[1], np.empty((0, 3), np.uint8), spacing_of(points), ends)
-    colours, legend = colours_of(request, before.pixels)
-    return replace(before, colours=colours, legend=legend, request=request)
-
-
-def colours_of(
-    request: CloudRequest, pixels: NDArray[np.int32]
-) -> tuple[NDArray[np.uint8], tuple[tuple[QColor, str], ...]]:
-    """Colours of the points of these pixels, uint8 (N, 3), and their legend."""
-    layer, legend = request.layer, []
+def compose(asked: Scene, before: Scene | None = None) -> Scene:
+    """Find points and colours of a scene, in a worker; `before` is a scene with the same points to reuse."""
+    if before is not None:
+        points, pixels, spacing, depths = before.points, before.pixels, before.spacing, before.depths
+    else:
+        only = None if asked.chosen is None or asked.labels is None else np.isin(asked.labels, list(asked.chosen))
+        assert asked.intrinsics is not None
+        points, pixels = back_project(asked.depth, asked.intrinsics, only)
+        depths = (float(points[:, 2].min()), float(points[:, 2].max())) if len(points) else (0.0, 1.0)
+        spacing = spacing_of(points)
+    layer, legend = asked.layer, []
     if layer.picture is not None:
         colours = layer.picture().reshape(-1, 3)[pixels]
     else:
         indices, table = layer.indices(*(part.reshape(-1)[pixels] for part in layer.parts)), layer.table[:, :3].copy()
-        table[0] = _rgb(request.plain)
+        table[0] = _rgb(asked.plain)
         colours = table[indices]
         if not indices.all():
-            legend.append((request.plain, request.lacking))
-    for mask, colour, text in request.marks:
+            legend.append((asked.plain, asked.lacking))
+    for mask, colour, text in asked.marks:
         marked = mask.reshape(-1)[pixels]
         if marked.any():
             colours[marked] = _rgb(colour)
             legend.append((colour, text.format(f"{np.count_nonzero(marked):,}")))
-    return colours, tuple(legend)
+    return replace(
+        asked, points=points, pixels=pixels, colours=colours, spacing=spacing, depths=depths, legend=tuple(legend)
+    )
 
 
 def _rgb(colour: QColor) -> tuple[int, int, int]:

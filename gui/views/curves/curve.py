@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf._runtime.formatting import length_text
-from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
-
-from .readout import Column
+from ilf.data.results import IterationRecord
 
 Values = NDArray[np.float64]
 
@@ -65,9 +62,10 @@ class Curve:
     limit: str = ""
     corrected: float = math.nan
 
-    def has_same_style(self, other: Curve) -> bool:
-        """Whether the other has the same name and style, regardless of records."""
-        return (self.name, self.colour, self.dashed) == (other.name, other.colour, other.dashed)
+    @property
+    def title(self) -> str:
+        """The name, and that it has not converged."""
+        return f"{self.name}: not converged" if self.limit else self.name
 
     @cached_property
     def _table(self) -> Values:
@@ -80,11 +78,6 @@ class Curve:
         lengths = table[:, 2 : 2 + len(_LENGTHS)]
         lengths[:] = np.log10(np.maximum(lengths, FLOOR))
         return table
-
-    @property
-    def known(self) -> Sequence[IterationRecord]:
-        """The records of these iterations."""
-        return self.records[: self.count]
 
     @property
     def count(self) -> int:
@@ -160,57 +153,3 @@ def legible(colour: tuple[int, int, int], is_dark: bool) -> tuple[int, int, int]
         share = min(_MAX_LUMINANCE / luminance, 1) if luminance else 1.0
         parts = [share * part for part in (red, green, blue)]
     return round(255 * parts[0]), round(255 * parts[1]), round(255 * parts[2])
-
-
-# The readout of an iteration, column by column. No widgets.
-
-_LENGTH = "0.000 mm"
-
-Numbers = Iterator[tuple[Column, str]]
-
-
-def readout(
-    records: Sequence[IterationRecord], has: Mapping[str, bool], by_time: bool
-) -> tuple[list[Column], list[tuple[str, ...]]]:
-    """Columns of the readout for one iteration of each curve, the most important first, and the texts in them.
-
-    Parameters
-    ----------
-    records : sequence of IterationRecord
-        One of each curve.
-    has : mapping of str to bool
-        Whether any of the curves has an "error", or a "held_out".
-    by_time : bool
-        Whether the time comes first.
-    """
-    rows = [list(_numbers(record, has, by_time, len(records) == 1)) for record in records]
-    columns = [column for column, _ in rows[0]] if rows else []
-    return columns, [tuple(text for _, text in row) for row in rows]
-
-
-def _numbers(record: IterationRecord, has: Mapping[str, bool], by_time: bool, alone: bool) -> Numbers:
-    time = Column("", "000.00 s"), "–" if math.isnan(record.seconds) else f"{record.seconds:.2f} s"
-    yield Column("i", "0000"), f"{record.i}"
-    if by_time:
-        yield time
-    yield Column("σ", _LENGTH), length_text(record.sigma_i)
-    if has["error"]:
-        yield Column("err", _LENGTH), length_text(record.error)
-    if has["held_out"]:
-        yield Column("hold-out", _LENGTH), length_text(record.held_out)
-    yield Column("L1", "000,000 m"), f"{record.l1:,.4g} m" if record.l1 < 1e4 else f"{record.l1:,.0f} m"
-    if alone:
-        yield from _filter_columns(record)
-    yield Column("stage", "000"), f"{record.stage}"
-    yield Column("residual", _LENGTH), length_text(record.residual)
-    if not by_time:
-        yield time
-
-
-def _filter_columns(record: IterationRecord) -> Numbers:
-    """Columns that only some filters have."""
-    if isinstance(record, PassBandRecord):
-        yield Column("radii", "000.0 × 000.0"), f"{record.radii[0]:.1f} × {record.radii[1]:.1f}"
-    elif isinstance(record, EdgeAwareRecord):
-        yield Column("cells", "00 px"), f"{record.cell} px"
-        yield Column("round", "0"), f"{record.round or '–'}"

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pyqtgraph as pg
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QColor, QFont, QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import length_text
-from ilf.data.results import IterationRecord
 
 from ...base import theme
 from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out
 from .axes import LengthAxis, SumAxis
-from .curve import FLOOR, Curve, legible, readout
-from .plot import AXIS, NAMED_AXIS, ConvergencePlot, Label, Line
-from .readout import Readout, Row
+from .curve import FLOOR, Curve, legible
+from .plot import AXIS, NAMED_AXIS, ConvergencePlot, drawn_line, straight_line
+from .readout import Readout, numbers_of
 from .scrub_bar import ScrubBar
 
 EMPTY_TEXT = "Run the filter to see how each block converges"
@@ -113,16 +113,6 @@ class CurvesPanel(Themed, QWidget):
     # what is shown
 
     @property
-    def records(self) -> Sequence[IterationRecord]:
-        """The records of the first curve."""
-        return self._curves[0].known if self._curves else []
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the curves."""
-        return [curve.name for curve in self._curves]
-
-    @property
     def hint(self) -> str:
         """Text shown while there are no curves."""
         return self._hint.text()
@@ -133,8 +123,8 @@ class CurvesPanel(Themed, QWidget):
 
     def show_curves(self, curves: Sequence[Curve]) -> None:
         """Draw these curves."""
-        same = len(curves) == len(self._curves) and all(map(Curve.has_same_style, curves, self._curves))
-        if not same:
+        styles = [[(curve.name, curve.colour, curve.dashed) for curve in some] for some in (curves, self._curves)]
+        if styles[0] != styles[1]:
             self._hovered = None
             for plot in self._plots:
                 plot.reset_ranges()
@@ -209,7 +199,7 @@ class CurvesPanel(Themed, QWidget):
         """Draw the errors after the iterations, and as last points those after the correction."""
         lines = self._lines("error", colour)
         ends = [
-            line._replace(along=line.along[-1:], values=np.log10(np.maximum([curve.corrected], FLOOR)))
+            drawn_line(line.xData[-1:], np.log10(np.maximum([curve.corrected], FLOOR)), line.opts["pen"].color())
             for line, curve in zip(lines, self._drawn, strict=True)
             if math.isfinite(curve.corrected)
         ]
@@ -225,18 +215,18 @@ class CurvesPanel(Themed, QWidget):
         lines, more, labels, curves = self._lines("held_out", colour), [], [], self._drawn
         if len(curves) == 1:
             (line,), (curve,) = lines, curves
-            least = int(np.nanargmin(line.values))
-            labels = [Label(float(line.along[least]), 90, f"minimum at i = {curve.records[least].i}", colour)]
-            more = [one._replace(width=1.4) for one in self._lines("residual", residual)]
-        minimum = float(np.nanmin(np.concatenate([line.values for line in lines])))
-        bottom = min([minimum, *(float(np.nanmin(one.values)) for one in more)])
+            least = int(np.nanargmin(line.yData))
+            labels = [straight_line(float(line.xData[least]), 90, f"minimum at i = {curve.records[least].i}", colour)]
+            more = self._lines("residual", residual, 1.4)
+        minimum = float(np.nanmin(np.concatenate([line.yData for line in lines])))
+        bottom = min([minimum, *(float(np.nanmin(one.yData)) for one in more)])
         self.hold_out_plot.draw([*more, *lines], *self._marks, labels, (bottom, minimum + _HOLD_OUT_DECADES))
 
-    def _criteria(self, colour: QColor) -> list[Label]:
+    def _criteria(self, colour: QColor) -> list[pg.InfiniteLine]:
         """The stop criteria of Eq. (1), each with a remark; equal ones only once."""
         criteria = dict.fromkeys((curve.s_criteria, curve.remark) for curve in self._drawn)
         return [
-            Label(
+            straight_line(
                 math.log10(max(metres, FLOOR)),
                 0,
                 f"S_criteria {length_text(metres)}{f' ({remark})' if remark else ''}",
@@ -249,23 +239,20 @@ class CurvesPanel(Themed, QWidget):
     def _has(self, quantity: str) -> bool:
         return any(curve.has(quantity) for curve in self._drawn)
 
-    def _lines(self, quantity: str, colour: QColor) -> list[Line]:
-        """A line for every curve; a single one in the colour of the quantity."""
-        curves = self._drawn
+    def _lines(self, quantity: str, colour: QColor, width: float = 1.8) -> list[pg.PlotDataItem]:
+        """A line for every curve; a single one in the colour of the quantity, and of this width."""
+        curves, is_dark = self._drawn, theme.is_dark(self.palette())
         alone = sum(curve.count > 1 for curve in curves) == 1
         return [
-            Line(
+            drawn_line(
                 curve.along(self._by_time),
                 curve.values(quantity),
-                colour if len(curves) == 1 else QColor(*self._line_colour(curve)),
+                colour if len(curves) == 1 else QColor(*legible(curve.colour, is_dark)),
                 curve.dashed,
-                1.8 if alone else 1,
+                width if alone else 1,
             )
             for curve in curves
         ]
-
-    def _line_colour(self, curve: Curve) -> tuple[int, int, int]:
-        return legible(curve.colour, theme.is_dark(self.palette()))
 
     # room
 
@@ -332,14 +319,8 @@ class CurvesPanel(Themed, QWidget):
                 for record, curve in zip(records, curves, strict=True)
             ]
         has = {quantity: self._has(quantity) for quantity in ("error", "held_out")}
-        columns, texts = readout(records, has, self._by_time)
-        self.readout.show_rows(
-            columns,
-            [
-                Row(curve.name, self._line_colour(curve), curve.dashed, row, curve.limit)
-                for curve, row in zip(curves, texts, strict=True)
-            ],
-        )
+        rows = [list(numbers_of(record, has, self._by_time, len(records) == 1)) for record in records]
+        self.readout.show_rows(list(zip(curves, rows, strict=True)))
 
     # looks
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
@@ -23,25 +22,6 @@ _MARK_ROW = 0.05
 
 _POINT = 6
 """Size of a curve that is a single point [px]."""
-
-
-class Line(NamedTuple):
-    """A curve in a plot: positions along the axis, values there (NaN: none), and style."""
-
-    along: Values
-    values: Values
-    colour: QColor
-    dashed: bool
-    width: float
-
-
-class Label(NamedTuple):
-    """A straight line across a plot, at a value (angle 0) or at a position of the axis (90), with a text at it."""
-
-    at: float
-    angle: int
-    text: str
-    colour: QColor
 
 
 _TEXT_PLACE = {
@@ -129,63 +109,55 @@ class ConvergencePlot(pg.PlotWidget):
 
     def draw(
         self,
-        lines: Sequence[Line],
+        lines: Sequence[pg.PlotDataItem],
         stages: Sequence[Sequence[float]],
         span: tuple[float, float] | None,
-        labels: Sequence[Label] = (),
+        labels: Sequence[pg.InfiniteLine] = (),
         ends: tuple[float, float] | None = None,
     ) -> None:
         """Draw these lines, and bring them into view.
 
         Parameters
         ----------
-        lines : sequence of Line
-            One with a single value is drawn as a point.
+        lines : sequence of PlotDataItem
+            As from `drawn_line`.
         stages : sequence of sequence of float
             Starts of stages, of each line: marked over the full height if there is one, else in rows at the bottom.
         span : (float, float) or None
             The colour-weighted iterations, which are shaded.
-        labels : sequence of Label
-            Values at which they are, are in view, too.
+        labels : sequence of InfiniteLine
+            As from `straight_line`. Values at which they are, are in view, too.
         ends : (float, float), optional
             The values that are in view; all by default.
         """
         for item in (*self.lines, *self.labels, *self._stages):
             self.removeItem(item)
-        self.lines = [_drawn(line) for line in lines]
-        self.labels = [self._straight(label) for label in labels]
-        self._stages = [self._ticks(row, places, lines, len(stages) == 1) for row, places in enumerate(stages)]
+        self.lines, self.labels = list(lines), list(labels)
+        self._stages = [self._ticks(row, places, len(stages) == 1) for row, places in enumerate(stages)]
         for item in (*self.lines, *self.labels, *self._stages):
             self.addItem(item, ignoreBounds=True)
+        for line in self.labels:
+            self._paint_text(line.label, line.pen.color())
         self._span.setVisible(span is not None)
         if span is not None:
             self._span.setRegion(span)
         if lines:
-            marked = [label.at for label in labels if label.angle == 0]
-            self._bring_into_view(lines, marked, ends)
+            marked = [line.value() for line in labels if line.angle == 0]
+            self._bring_into_view(marked, ends)
 
-    def _ticks(self, row: int, places: Sequence[float], lines: Sequence[Line], alone: bool) -> pg.VTickGroup:
+    def _ticks(self, row: int, places: Sequence[float], alone: bool) -> pg.VTickGroup:
         height = [0, 1] if alone else [row * _MARK_ROW, (row + 0.8) * _MARK_ROW]
-        group = pg.VTickGroup(list(places), height, pg.mkPen(self._colours.grid if alone else lines[row].colour))
+        colour = self._colours.grid if alone else self.lines[row].opts["pen"].color()
+        group = pg.VTickGroup(list(places), height, pg.mkPen(colour))
         group.setZValue(-10)
         return group
 
-    def _straight(self, label: Label) -> pg.InfiniteLine:
-        dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
-        pen = pg.mkPen(label.colour, **({"width": 1} if label.angle else dashed))
-        line = pg.InfiniteLine(label.at, label.angle, pen, label=label.text, labelOpts=_TEXT_PLACE[label.angle])
-        line.setZValue(5)  # its text stays readable over the curves
-        self._paint_text(line.label, label.colour)
-        return line
-
-    def _bring_into_view(
-        self, lines: Sequence[Line], marked: Sequence[float], ends: tuple[float, float] | None
-    ) -> None:
+    def _bring_into_view(self, marked: Sequence[float], ends: tuple[float, float] | None) -> None:
         if self.follows:
-            begin = min(float(line.along[0]) for line in lines)
-            end = max(self._min_end, *(float(line.along[-1]) for line in lines))
+            begin = min(float(line.xData[0]) for line in self.lines)
+            end = max(self._min_end, *(float(line.xData[-1]) for line in self.lines))
             self._show_range(0, *_widened(0.0 if begin <= end / 4 else begin, end))
-        values = np.concatenate([*(line.values for line in lines), marked] if ends is None else [ends])
+        values = np.concatenate([*(line.yData for line in self.lines), marked] if ends is None else [ends])
         if np.isfinite(values).any():
             low, high = float(np.nanmin(values)), float(np.nanmax(values))
             # room for a line of text above and below, and below what is marked
@@ -251,17 +223,29 @@ class ConvergencePlot(pg.PlotWidget):
         self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
-def _drawn(line: Line) -> pg.PlotDataItem:
-    pen = pg.mkPen(line.colour, width=line.width, style=Qt.PenStyle.DashLine if line.dashed else Qt.PenStyle.SolidLine)
-    item = pg.PlotDataItem(line.along, line.values, pen=pen, connect="finite", antialias=True)
+def drawn_line(
+    along: Values, values: Values, colour: QColor, dashed: bool = False, width: float = 1
+) -> pg.PlotDataItem:
+    """Return a curve to draw: positions along the axis, and values there, NaN for none; a single one is a point."""
+    pen = pg.mkPen(colour, width=width, style=Qt.PenStyle.DashLine if dashed else Qt.PenStyle.SolidLine)
+    item = pg.PlotDataItem(along, values, pen=pen, connect="finite", antialias=True)
     # a single long path is much slower, but segments restart dashes and show joints in thick lines
-    item.curve.setSegmentedLineMode("off" if line.dashed or line.width > 1 else "on")
-    if np.count_nonzero(np.isfinite(line.values)) == 1:
+    item.curve.setSegmentedLineMode("off" if dashed or width > 1 else "on")
+    if np.count_nonzero(np.isfinite(values)) == 1:
         item.setSymbol("o")
         item.setSymbolSize(_POINT)
         item.setSymbolPen(None)
-        item.setSymbolBrush(line.colour)
+        item.setSymbolBrush(colour)
     return item
+
+
+def straight_line(at: float, angle: int, text: str, colour: QColor) -> pg.InfiniteLine:
+    """Return a line across a plot to draw, at a value (angle 0) or a position of the axis (90), with a text at it."""
+    dashed = {"width": 1.5, "style": Qt.PenStyle.DashLine}
+    pen = pg.mkPen(colour, **({"width": 1} if angle else dashed))
+    line = pg.InfiniteLine(at, angle, pen, label=text, labelOpts=_TEXT_PLACE[angle])
+    line.setZValue(5)  # its text stays readable over the curves
+    return line
 
 
 def _widened(low: float, high: float) -> tuple[float, float]:

@@ -1,16 +1,60 @@
-"""Combined legend and readout: a row for each curve with its numbers, in columns of fixed position."""
+"""Combined legend and readout: a row for each curve with the numbers of one iteration, in columns of fixed position."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import math
+from collections.abc import Iterator, Mapping, Sequence
 
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from ilf._runtime.formatting import length_text
+from ilf.data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
+
 from ...base import theme
 from ...widgets.basics import literal_text, use_even_digits
+from .curve import Curve, legible
+
+Number = tuple[str, str, str]
+"""Name of a column, its widest text, which sets its width, and the text in it."""
+
+_LENGTH = "0.000 mm"
+
+
+def numbers_of(record: IterationRecord, has: Mapping[str, bool], by_time: bool, alone: bool) -> Iterator[Number]:
+    """The numbers of an iteration, the most important first.
+
+    Parameters
+    ----------
+    record : IterationRecord
+    has : mapping of str to bool
+        Whether any of the curves shown has an "error", or a "held_out".
+    by_time : bool
+        Whether the time comes first.
+    alone : bool
+        Whether it is of the only curve: then with what only some filters have.
+    """
+    time = "", "000.00 s", "–" if math.isnan(record.seconds) else f"{record.seconds:.2f} s"
+    yield "i", "0000", f"{record.i}"
+    if by_time:
+        yield time
+    yield "σ", _LENGTH, length_text(record.sigma_i)
+    if has["error"]:
+        yield "err", _LENGTH, length_text(record.error)
+    if has["held_out"]:
+        yield "hold-out", _LENGTH, length_text(record.held_out)
+    yield "L1", "000,000 m", f"{record.l1:,.4g} m" if record.l1 < 1e4 else f"{record.l1:,.0f} m"
+    if alone and isinstance(record, PassBandRecord):
+        yield "radii", "000.0 × 000.0", f"{record.radii[0]:.1f} × {record.radii[1]:.1f}"
+    elif alone and isinstance(record, EdgeAwareRecord):
+        yield "cells", "00 px", f"{record.cell} px"
+        yield "round", "0", f"{record.round or '–'}"
+    yield "stage", "000", f"{record.stage}"
+    yield "residual", _LENGTH, length_text(record.residual)
+    if not by_time:
+        yield time
+
 
 _PAD = 6
 _KEY = 14
@@ -20,28 +64,6 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class Column(NamedTuple):
-    """Name of a column, and its widest text, which sets its width."""
-
-    name: str
-    widest: str
-
-
-class Row(NamedTuple):
-    """One curve: name, style, a text for each column, and the limit at which it ended before it converged, if any."""
-
-    name: str
-    colour: tuple[int, int, int]
-    dashed: bool
-    texts: tuple[str, ...]
-    limit: str = ""
-
-    @property
-    def title(self) -> str:
-        """The name, and that it has not converged."""
-        return f"{self.name}: not converged" if self.limit else self.name
-
-
 class Readout(QWidget):
     """Rows of numbers. The last columns and rows are omitted if they do not fit."""
 
@@ -49,18 +71,16 @@ class Readout(QWidget):
         super().__init__()
         self.setAccessibleName("Numbers of the curves")
         use_even_digits(self)
-        self._columns: list[Column] = []
-        self._rows: list[Row] = []
+        self._rows: list[tuple[Curve, Sequence[Number]]] = []
         self._max_rows = 1
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
-    def show_rows(self, columns: Sequence[Column], rows: Sequence[Row]) -> None:
-        """Show these rows, each with a text for every column."""
-        count = len(self._rows)
-        self._columns, self._rows = list(columns), list(rows)
+    def show_rows(self, rows: Sequence[tuple[Curve, Sequence[Number]]]) -> None:
+        """Show these curves, each with its numbers, in the same columns."""
+        count, self._rows = len(self._rows), list(rows)
         if len(rows) != count:
             self.updateGeometry()
-        limits = "\n".join(f"{row.title}. {row.limit}" for row in rows if row.limit)
+        limits = "\n".join(f"{curve.title}. {curve.limit}" for curve, _ in rows if curve.limit)
         self.setToolTip(literal_text(limits) if limits else "")
         self.setAccessibleDescription("\n".join(filter(None, (self.text, limits))))
         self.update()
@@ -73,10 +93,9 @@ class Readout(QWidget):
     @property
     def text(self) -> str:
         """The visible text, line by line."""
-        shown = self._shown_columns()
         return "\n".join(
-            "   ".join([row.title, *(f"{column.name} {row.texts[at]}".strip() for at, column in shown)])
-            for row in self._shown_rows()
+            "   ".join([curve.title, *(f"{name} {text}".strip() for name, _, text in self._fitting(numbers))])
+            for curve, numbers in self._rows[: self._max_rows]
         )
 
     def sizeHint(self) -> QSize:
@@ -88,30 +107,29 @@ class Readout(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         colours = theme.colours(self.palette())
-        columns, rows = self._shown_columns(), self._shown_rows()
         left = self._name_end
-        for number, row in enumerate(rows):
-            line = QRect(_PAD, 3 + number * self._row_height, self.width() - 2 * _PAD, self._row_height)
-            pen = QPen(QColor(*row.colour), 3)
-            if row.dashed:
+        for row, (curve, numbers) in enumerate(self._rows[: self._max_rows]):
+            line = QRect(_PAD, 3 + row * self._row_height, self.width() - 2 * _PAD, self._row_height)
+            pen = QPen(QColor(*legible(curve.colour, colours.is_dark)), 3)
+            if curve.dashed:
                 pen.setDashPattern([1.2, 1.0])
                 pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(line.left(), line.center().y(), line.left() + _KEY, line.center().y())
-            painter.setPen(colours.warning if row.limit else colours.text)
+            painter.setPen(colours.warning if curve.limit else colours.text)
             room = QRect(line.left() + _KEY + 6, line.top(), left - line.left() - _KEY - 6, line.height())
-            name = self.fontMetrics().elidedText(row.title, Qt.TextElideMode.ElideRight, room.width())
+            name = self.fontMetrics().elidedText(curve.title, Qt.TextElideMode.ElideRight, room.width())
             painter.drawText(room, _LEFT, name)
             x = left
-            for at, column in columns:
-                cell = QRect(x + _GAP, line.top(), self._width_of(column), line.height())
+            for name, widest, text in self._fitting(numbers):
+                cell = QRect(x + _GAP, line.top(), self._width_of(name, widest), line.height())
                 painter.setPen(colours.muted)
-                painter.drawText(cell, _LEFT, column.name)
+                painter.drawText(cell, _LEFT, name)
                 painter.setPen(colours.text)
-                painter.drawText(cell, _RIGHT, row.texts[at])
+                painter.drawText(cell, _RIGHT, text)
                 x = cell.right() + 1
-        hidden = len(self._rows) - len(rows)
-        if hidden:
+        hidden = len(self._rows) - self._max_rows
+        if hidden > 0:
             painter.setPen(colours.muted)
             painter.drawText(self.rect().adjusted(0, 0, -2, -1), _RIGHT, f"+{hidden}")
 
@@ -122,23 +140,18 @@ class Readout(QWidget):
     @property
     def _name_end(self) -> int:
         """Right end of the names: width of the widest, up to a share of the widget, twice that for "not converged"."""
-        widest = max((self.fontMetrics().horizontalAdvance(row.title) for row in self._rows), default=0)
-        shares = 2 if any(row.limit for row in self._rows) else 1
+        widest = max((self.fontMetrics().horizontalAdvance(curve.title) for curve, _ in self._rows), default=0)
+        shares = 2 if any(curve.limit for curve, _ in self._rows) else 1
         return _PAD + _KEY + 6 + min(widest + 1, shares * self.width() // _NAME_SHARE)
 
-    def _width_of(self, column: Column) -> int:
-        text = f"{column.name} {column.widest}" if column.name else column.widest
-        return self.fontMetrics().horizontalAdvance(text)
+    def _width_of(self, name: str, widest: str) -> int:
+        return self.fontMetrics().horizontalAdvance(f"{name} {widest}" if name else widest)
 
-    def _shown_columns(self) -> list[tuple[int, Column]]:
+    def _fitting(self, numbers: Sequence[Number]) -> Iterator[Number]:
+        """The first numbers, as many as have room."""
         room = self.width() - _PAD - self._name_end
-        shown = []
-        for at, column in enumerate(self._columns):
-            room -= self._width_of(column) + _GAP
+        for name, widest, text in numbers:
+            room -= self._width_of(name, widest) + _GAP
             if room < 0:
-                break
-            shown.append((at, column))
-        return shown
-
-    def _shown_rows(self) -> list[Row]:
-        return self._rows[: self._max_rows]
+                return
+            yield name, widest, text

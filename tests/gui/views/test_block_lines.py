@@ -18,24 +18,25 @@ samplings = st.builds(
     y=st.integers(-60, 30),
     size=st.just((90, 70)),
     frame=st.just((WIDTH, HEIGHT)),
+    ratio=st.sampled_from([1.0, 2.0]),
 )
 boxes = st.tuples(st.integers(0, HEIGHT - 1), st.integers(1, 9), st.integers(0, WIDTH - 1), st.integers(1, 9))
 edits = st.lists(st.tuples(boxes, st.integers(0, 4)), min_size=1, max_size=6)
 
 
-def drawn(lines: BlockLines, labels: np.ndarray, sampling: Sampling, ratio: int) -> np.ndarray:
+def drawn(lines: BlockLines, labels: np.ndarray, sampling: Sampling) -> np.ndarray:
     pixels = np.zeros(sampling.shape, np.uint32)
-    lines.draw(sampling.sample(labels, whole(sampling.shape)), pixels, whole(sampling.shape), sampling.rims, ratio)
+    lines.draw(sampling.sample(labels, whole(sampling.shape)), pixels, whole(sampling.shape), sampling)
     return pixels
 
 
 @settings(max_examples=150)
-@given(samplings, edits, st.sets(st.integers(1, 4)), st.sets(st.integers(1, 4)), st.booleans(), st.sampled_from([1, 2]))
-def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, chosen, doubtful, in_colours, ratio):
+@given(samplings, edits, st.sets(st.integers(1, 4)), st.sets(st.integers(1, 4)), st.booleans())
+def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, chosen, doubtful, in_colours):
     lines = BlockLines(COLOURS, sorted(chosen), sorted(doubtful), in_colours)
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     here = sampling.sample(labels, whole(sampling.shape))
-    pixels = drawn(lines, labels, sampling, ratio)
+    pixels = drawn(lines, labels, sampling)
     for (top, height, left, width), label in edits:
         box = slice(top, min(top + height, HEIGHT)), slice(left, min(left + width, WIDTH))
         labels[box] = label
@@ -43,26 +44,26 @@ def test_what_is_drawn_box_by_box_is_what_the_whole_map_gives(sampling, edits, c
         if all(span.start < span.stop for span in part):
             here[part] = sampling.sample(labels, part)
             before = pixels.copy()
-            around = lines.draw(here, pixels, part, sampling.rims, ratio)
+            around = lines.draw(here, pixels, part, sampling)
             outside = np.ones(pixels.shape, bool)
             outside[around] = False
             assert (before == pixels)[outside].all()
-    np.testing.assert_array_equal(pixels, drawn(lines, labels, sampling, ratio))
+    np.testing.assert_array_equal(pixels, drawn(lines, labels, sampling))
 
 
 def test_blocks_that_need_a_look_have_a_line_inside_unless_they_are_hidden_or_chosen():
     labels = np.ones((HEIGHT, WIDTH), np.int32)
     labels[4:20, 4:14], labels[4:20, 16:26] = 2, 3  # 3 is hidden
     sampling = Sampling(1.0, 0, 0, (WIDTH, HEIGHT), (WIDTH, HEIGHT))
-    plain = drawn(BlockLines(COLOURS), labels, sampling, 1)
+    plain = drawn(BlockLines(COLOURS), labels, sampling)
     doubtful = BlockLines(COLOURS, to_check=[2, 3])
     assert not doubtful.looks_like(BlockLines(COLOURS))
-    marked = drawn(doubtful, labels, sampling, 1)
+    marked = drawn(doubtful, labels, sampling)
     colour = marked[5, 9]
     assert colour != plain[5, 9]
     assert (marked == colour)[labels == 2].any()
     assert not (marked == colour)[labels != 2].any()
-    assert not (drawn(BlockLines(COLOURS, [2], [2, 3]), labels, sampling, 1) == colour).any()
+    assert not (drawn(BlockLines(COLOURS, [2], [2, 3]), labels, sampling) == colour).any()
 
 
 @given(samplings)

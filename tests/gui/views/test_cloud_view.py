@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.cloud import drawing
 from gui.views.cloud.cloud_view import CloudView, DepthClip
-from gui.views.cloud.scene import CloudRequest, ColourBy, Scene, compose
+from gui.views.cloud.scene import ColourBy, Scene, compose
 from gui.views.colours import depth_table, error_table
 from gui.views.layers import Layer
 from gui.work.jobs import stop_workers
@@ -27,7 +27,10 @@ def scene():
     x, y = np.meshgrid(np.linspace(-1, 1, 60, dtype=np.float32), np.linspace(-1, 1, 50, dtype=np.float32))
     points = np.stack([x, y, 2 + 0.3 * x], axis=-1).reshape(-1, 3)
     pixels = (64 * np.arange(50)[:, None] + np.arange(60)).reshape(-1).astype(np.int32)
-    return Scene(points, pixels, 64, np.full(points.shape, RED, np.uint8), 0.02, (1.7, 2.3))
+    found = {"points": points, "pixels": pixels, "colours": np.full(points.shape, RED, np.uint8)}
+    rgb = np.zeros((50, 64, 3), np.uint8)
+    layer = Layer((rgb,), picture=lambda: rgb)
+    return Scene(depth=np.zeros((50, 64), np.float32), layer=layer, spacing=0.02, depths=(1.7, 2.3), **found)
 
 
 @pytest.fixture
@@ -163,14 +166,14 @@ def test_colours_mean_what_is_chosen(qapp):
         return [colour.red(), colour.green(), colour.blue()]
 
     def scene_of(layer, unit="", lacking="", marks=()):
-        return compose(CloudRequest("", camera, depth, layer, unit, "", "", none, lacking, marks))
+        return compose(Scene("", camera, depth, layer, unit, "", "", none, lacking, marks))
 
     image = Layer((rgb,), picture=lambda: rgb)
     plain = rgb.reshape(-1, 3)[pixels].tolist()
     assert scene_of(image).colours.tolist() == plain
     by_depth = scene_of(Layer((depth,), levels=(1.0, 5.0), table=depth_table("turbo")), "m")
     assert by_depth.colours.tolist() == depth_table("turbo")[to_indices(depth.reshape(-1)[pixels], 1, 5), :3].tolist()
-    assert (by_depth.request.unit, by_depth.layer.levels, by_depth.legend) == ("m", (1.0, 5.0), ())
+    assert (by_depth.unit, by_depth.layer.levels, by_depth.legend) == ("m", (1.0, 5.0), ())
     error = Layer(
         (np.where(mask, np.float32(10), np.float32(np.nan)),),
         levels=(1.0, 100.0),

@@ -92,11 +92,11 @@ def test_creases_are_shown_where_the_detector_tells_of_them(views):
     cell = views.cells["depth-in"]
     views.set_content("depth-in", "creases")
     views.show_found(edges=edges)
-    assert cell.picture.value_at(3, 4) is None
+    assert cell.view.value_at(3, 4) is None
     views.show_found(edges=dataclasses.replace(edges, crease=flat(0.25)))
-    assert cell.picture.value_at(3, 4) == 0.25
+    assert cell.view.value_at(3, 4) == 0.25
     views.set_content("depth-in", "strength")
-    assert cell.picture.value_at(3, 4) == 0
+    assert cell.view.value_at(3, 4) == 0
 
 
 def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
@@ -105,17 +105,17 @@ def test_the_difference_is_of_the_result_and_the_best_that_there_is(views):
     views.give(depth=flat(2.1))
     assert cell.concrete == "difference:result:interpolated"
     assert views.shows("interpolated")
-    assert cell.picture.image is None
+    assert cell.view.shown is None
     views.show_found(interpolated=flat(2.0))
-    assert cell.picture.value_at(30, 30) == pytest.approx(100, abs=0.01)
+    assert cell.view.value_at(30, 30) == pytest.approx(100, abs=0.01)
     views.give(ground_truth=flat(2.2))
-    assert cell.picture.value_at(30, 30) == pytest.approx(-100, abs=0.01)
+    assert cell.view.value_at(30, 30) == pytest.approx(-100, abs=0.01)
     assert not views.shows("interpolated")
     before = views.run("Before", flat(2.3), is_ticked=False)
     views.give(runs=[before])
     assert "Before" in cell.strip.title
     views.give(runs=[views.run("Mine", flat(2.4), number=2), before])
-    assert cell.picture.value_at(30, 30) == pytest.approx(-300, abs=0.01)
+    assert cell.view.value_at(30, 30) == pytest.approx(-300, abs=0.01)
     assert cell.bar.levels == (-500, 500)
     assert "Mine" in cell.strip.title
 
@@ -125,13 +125,13 @@ def test_equal_depths_are_said_to_be_equal(views):
     cell = views.cells["difference"]
     views.give(depth=flat(2.0))
     views.give(runs=[views.run("Same", flat(2.0))])
-    assert cell.picture.image is None
-    assert cell.view._message == "No difference"
+    assert cell.view.shown is None
+    assert cell.view.layer.message == "No difference"
     views.set_content("difference", "difference:result:depth-in")
     other = flat(2.0)
     other[:, :10] = 1.0
     views.give(depth=other)
-    assert cell.picture.image is not None, "what was filled is to be seen"
+    assert cell.view.shown is not None, "what was filled is to be seen"
     assert "no difference" in cell.strip._text
 
 
@@ -144,8 +144,8 @@ def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
     ground_truth = flat(2.05)
     ground_truth[:, 32:] = np.nan
     views.give(ground_truth=ground_truth)
-    assert cell.picture.value_at(5, 5) == pytest.approx(-50, abs=0.01)
-    assert cell.picture.value_at(40, 5) is None
+    assert cell.view.value_at(5, 5) == pytest.approx(-50, abs=0.01)
+    assert cell.view.value_at(40, 5) is None
     views.give(ground_truth=None)
     assert cell.strip.title == "Expected error"
 
@@ -166,7 +166,7 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     assert painted_at(cell, 45.5, 30.5) == run_1
     assert painted_at(cell, 60.5, 40.5) == run_2
     assert not {"PRESS", "MOVE", "RELEASE"} & set(heard)
-    assert cell.picture.value_at(45, 30) == pytest.approx(1.1)
+    assert cell.view.value_at(45, 30) == pytest.approx(1.1)
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
@@ -270,7 +270,7 @@ def test_a_run_is_never_compared_with_itself(views, chosen, sides):
 
 
 def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
-    def nearness(material, name, look):
+    def nearness(material, name):
         return Layer(
             (material.frame.own_depth,), lambda depth: 1 / depth, (0.0, 1.0), table=strength_table(), text="of depth in"
         )
@@ -279,14 +279,14 @@ def test_a_new_layer_is_one_function_and_one_line(views, monkeypatch):
     views.set_content("colour", "nearness")
     cell = views.cells["colour"]
     assert cell.strip.title == "Nearness"
-    assert cell.picture.value_at(30, 30) == pytest.approx(0.5)
-    assert cell.picture.value_at(5, 30) == pytest.approx(1.0)
-    assert cell.picture.value_at(15, 15) is None
+    assert cell.view.value_at(30, 30) == pytest.approx(0.5)
+    assert cell.view.value_at(5, 30) == pytest.approx(1.0)
+    assert cell.view.value_at(15, 15) is None
     assert painted_at(cell, 30, 30) == tuple(strength_table()[128][:3])
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30, 30] = True
     views.give(invalid_mask=mask)
-    assert cell.picture.value_at(30, 30) is None
+    assert cell.view.value_at(30, 30) is None
     cell.open_menu()
     chosen = [action for action in cell._menu.actions() if action.isChecked()]
     cell._menu.close()

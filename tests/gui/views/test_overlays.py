@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QApplication
 
 from gui.features.inspect.marks import Marks
 from gui.state.parts import Part
-from gui.views.drawings import HaloPath
+from gui.views.drawings import HaloPath, PointsItem
 from gui.views.interaction import Preview
-from gui.views.pixel_items import PointsItem
 
 from .given_views import GivenViews
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QActionGroup, QBrush
+from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu
 
-from gui.base import theme
 from gui.state.workspace import Workspace
 from gui.views.cell import Cell
 from gui.views.view_data import ShownStage, ViewData
@@ -62,9 +61,7 @@ def data(qapp):
 
 @pytest.fixture
 def cell(shown, data):
-    widget = Cell("extraction", lambda view, event: False, data)
-    widget.set_colours(theme.colours(widget.palette()), QBrush())
-    return shown(widget, 900, 300)
+    return shown(Cell("extraction", lambda view, event: False, data), 900, 300)
 
 
 def test_stages_are_chosen_in_the_menu_of_the_view_whose_title_names_them(cell, data):
