@@ -17,8 +17,7 @@ from ..state.document import Document
 from ..state.parameters import EditParameters
 from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
 from ..state.workspace import Workspace
-from .frame_runs import RunOutcome, RunState
-from .runs import RunController
+from .frame_runs import RunController, RunState, Work
 
 REST_MS = 400
 """Time [ms] without a re-solve after which its results are stored."""
@@ -28,7 +27,7 @@ _Step = ReferenceType[QUndoCommand] | None
 """An undo step, None for none. A weak reference, because steps reference their document."""
 
 
-_Solved = tuple[RunOutcome, _Step, str]
+_Solved = tuple[Work, _Step, str]
 """A re-solve, the undo step before it, and the name of the edit that started it."""
 
 
@@ -71,12 +70,12 @@ class RunRecorder(QObject):
         """Whether re-solved blocks wait to be stored."""
         return bool(self._waiting)
 
-    def _take(self, ended: RunOutcome) -> None:
+    def _take(self, ended: Work) -> None:
         document = ended.document
         if document not in self._workspace.open:
             self._waiting.pop(document, None)
             return
-        if ended.done and ended.resolved:
+        if ended.done and ended.resolves:
             step = _last_step(document)
             self._waiting[document] = ended, None if step is None else ref(step), _edit(step)
         elif ended.done:
@@ -120,7 +119,7 @@ class RunRecorder(QObject):
         self._live[document] = _LiveRow(step, kept, name)
 
     def _keep(
-        self, run: Run, results: dict[int, BlockResult], ended: RunOutcome, edit: str = "", live: bool = False
+        self, run: Run, results: dict[int, BlockResult], ended: Work, edit: str = "", live: bool = False
     ) -> StoredRun:
         document = ended.document
         number = document.state.next_number
@@ -131,7 +130,7 @@ class RunRecorder(QObject):
             results,
             ended.seconds,
             next_colour(document.state.runs),
-            done=ended.done,
+            done=frozenset(ended.done),
             how=ended.how,
         )
         document.keep_run(kept)
