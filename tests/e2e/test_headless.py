@@ -16,7 +16,7 @@ from gui.app import start as app
 from gui.app.headless import HeadlessRun
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.work.frame_runs import FrameRuns
+from gui.work.frame_runs import Work
 from ilf import RGBDFrame
 from ilf.cli import main as command_line
 
@@ -158,7 +158,7 @@ def test_a_run_that_breaks(start, frame_folder, picture, monkeypatch):
     def broken(*_: object):
         raise MemoryError("no room for the grid")
 
-    monkeypatch.setattr(FrameRuns, "_due_previews", broken)
+    monkeypatch.setattr(Work, "due_previews", broken)
     refused(start(frame_folder, "--run"), picture, "The run failed", "no room for the grid")
 
 
