@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
 from ..features.about import WindowFeature
@@ -99,7 +99,7 @@ class MainWindow(QMainWindow):
         self.panels, self.log, self.notes = context.panels, context.log, context.notes
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
-        self.drops = FileDrops(self)
+        FileDrops(self, lambda paths: self.documents.open_paths(paths))
         for make in _STANDARD:
             make(context)
         self._add_panels()
@@ -136,19 +136,6 @@ class MainWindow(QMainWindow):
         draw_extensions(self)
 
     # events
-
-    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Show that files would be accepted."""
-        self.drops.enter(event)
-
-    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """Hide the drop overlay."""
-        self.drops.hide()
-
-    def dropEvent(self, event: QDropEvent) -> None:
-        """Open the dropped files."""
-        if paths := self.drops.take(event):
-            self.documents.open_paths(paths)
 
     def changeEvent(self, event: QEvent) -> None:
         """Redraw icons after a change of theme; update the full-screen action when the window state changes."""
