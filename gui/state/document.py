@@ -541,9 +541,11 @@ class Document(FrameData):
         """Remove all results, as one undo step; results of later runs stay when it is undone."""
 
         def exchange(cleared: FrameResults | None) -> FrameResults | None:
-            present = self.swap_results(FrameResults({}))
-            if cleared is not None:
-                self.swap_results(cleared.with_newer(present))
+            present = self.results.snapshot()
+            if cleared is None:
+                self.put_back_results(FrameResults(), present)
+            else:
+                self.put_back_results(cleared, FrameResults())
             self.note(Part.RESULTS)
             return present if cleared is None else None
 

@@ -272,8 +272,7 @@ class Workspace(Changes):
                 document.note(Part.RESULTS)
                 return former_results, document.results.snapshot()
             parameters.take(document, former.to_dict(), {label: former_own.get(label, {}) for label in own})
-            newer = document.swap_results(FrameResults({})).without(accepted[1])
-            document.swap_results(accepted[0].with_newer(newer))
+            document.put_back_results(*accepted)
             document.note(Part.RESULTS)
             return None
 

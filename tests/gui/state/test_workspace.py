@@ -7,7 +7,7 @@ import ilf
 from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
-from gui.state.results import ErrorEstimate, FrameResults
+from gui.state.results import ErrorEstimate
 from gui.state.workspace import Workspace
 from ilf.project.project import Stage
 
@@ -62,10 +62,10 @@ def test_results_count_as_long_as_the_block_has_the_very_pixels(document, result
     document.set_labels(elsewhere)
     assert list(document.valid_results()) == [], "one has lost pixels, the other gained some outside its box"
     document.set_labels(before)
-    kept = document.swap_results(FrameResults({}))
+    document.clear_results()
     assert document.completion() is None
     assert document.valid_results() == {}
-    document.swap_results(kept)
+    document.undo_stack.undo()
     assert list(document.valid_results()) == [1, 2]
 
 
