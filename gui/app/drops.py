@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QDropEvent, QWindow
 from PySide6.QtWidgets import QApplication, QMainWindow
 
-from ilf._runtime.formatting import counted
-
 from ..widgets.basics import TAKES_FILES
-
-_COPY = Qt.DropAction.CopyAction
 
 
 class FileDrops(QObject):
-    """Lets a window take files that are dragged to it; while they are over it, its status bar says what a drop does.
+    """Lets a window take files that are dragged to it, and keeps them from its fields.
 
     Files are always copied, never moved: after a move the sender may delete them. Other widgets do not accept files;
     text fields would, with the action that the sender proposes.
-
-    Parameters
-    ----------
-    window : QMainWindow
-    take : callable
-        Called with the files and folders that were dropped.
     """
 
-    def __init__(self, window: QMainWindow, take: Callable[[list[Path]], object]) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
-        self._window, self._take = window, take
+        self._window = window
         window.setAcceptDrops(True)
-        window.installEventFilter(self)
         application = QApplication.instance()
         if isinstance(application, QApplication):
             application.focusWindowChanged.connect(self._focus_window_changed)
@@ -44,12 +32,10 @@ class FileDrops(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take files that are over the window, and reject them on all its fields, so that the window gets them.
+        """Reject files on all other widgets, so that the window gets them.
 
-        The fields are filtered from the first drag on: a filter of the whole program would be called for each event.
+        The widgets are filtered from the first drag on: a filter of the whole program would be called for each event.
         """
-        if watched is self._window and event.type() in (QEvent.Type.DragLeave, QEvent.Type.Drop):
-            self._window.statusBar().clearMessage()
         if not isinstance(event, QDropEvent):
             return False
         if not watched.isWidgetType():
@@ -57,20 +43,18 @@ class FileDrops(QObject):
                 if widget.acceptDrops() and widget is not self._window and not widget.property(TAKES_FILES):
                     widget.installEventFilter(self)
             return False
-        paths = _paths(event) if watched is self._window else []
-        event.setAccepted(bool(paths))
-        if paths:
-            event.setDropAction(_COPY)
-            what = paths[0].name or str(paths[0]) if len(paths) == 1 else counted(len(paths), "item")
-            if event.type() == QEvent.Type.Drop:
-                self._take(paths)
-            else:
-                self._window.statusBar().showMessage(f"Drop to open {what}")
-        return watched is self._window or event.mimeData().hasUrls()
+        if not event.mimeData().hasUrls():
+            return False
+        event.ignore()
+        return True
 
 
-def _paths(event: QDropEvent) -> list[Path]:
-    """Return the local files and folders that can be copied."""
-    if not event.possibleActions() & _COPY:
-        return []
-    return [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+def accepted(event: QDropEvent) -> list[Path]:
+    """Accept the local files and folders of a drag or a drop, to be copied, and return them; none if there are none or
+    the sender would only move them."""
+    may_copy = event.possibleActions() & Qt.DropAction.CopyAction
+    paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if may_copy and url.isLocalFile()]
+    event.setAccepted(bool(paths))
+    if paths:
+        event.setDropAction(Qt.DropAction.CopyAction)
+    return paths

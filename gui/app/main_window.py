@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
-from PySide6.QtGui import QCloseEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
+
+from ilf._runtime.formatting import counted
 
 from ..features.about import WindowFeature
 from ..features.accuracy.block_errors import BlockErrorsFeature
@@ -43,7 +45,7 @@ from ..features.views import ViewsFeature
 from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
-from .drops import FileDrops
+from .drops import FileDrops, accepted
 
 # In the order in which they draw. A feature that another one asks for comes before it.
 _STANDARD: tuple[type[Feature], ...] = (
@@ -99,7 +101,7 @@ class MainWindow(QMainWindow):
         self.panels, self.log, self.notes = context.panels, context.log, context.notes
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
-        FileDrops(self, lambda paths: self.documents.open_paths(paths))
+        FileDrops(self)
         for make in _STANDARD:
             make(context)
         self._add_panels()
@@ -136,6 +138,22 @@ class MainWindow(QMainWindow):
         draw_extensions(self)
 
     # events
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Say what a drop of files would do."""
+        if paths := accepted(event):
+            what = paths[0].name or str(paths[0]) if len(paths) == 1 else counted(len(paths), "item")
+            self.statusBar().showMessage(f"Drop to open {what}")
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """Say so no more."""
+        self.statusBar().clearMessage()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the dropped files."""
+        self.statusBar().clearMessage()
+        if paths := accepted(event):
+            self.documents.open_paths(paths)
 
     def changeEvent(self, event: QEvent) -> None:
         """Redraw icons after a change of theme; update the full-screen action when the window state changes."""
