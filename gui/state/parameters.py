@@ -299,11 +299,13 @@ class EditParameters(QUndoCommand):
         super().__init__()
         self._host = host
         self._document = document
-        present, former = document.state.common.to_dict(), {label: document.blocks.own.get(label, {}) for label in own}
+        former = {label: document.blocks.own.get(label, {}) for label in own}
         changed = {label: values for label, values in own.items() if values != former[label]}
+        present = document.state.common.to_dict()
         self._after = common, changed
         self._before = {name: present[name] for name in common}, {label: former[label] for label in changed}
-        self.names = {*common}.union(*(_differing_names(former[label], changed[label]) for label in changed))
+        pairs = ((former[label].items(), changed[label].items()) for label in changed)
+        self.names = {*common}.union(*({name for name, _ in one ^ other} for one, other in pairs))
         self._time = time.monotonic()
 
     @property
@@ -330,11 +332,6 @@ class EditParameters(QUndoCommand):
     def undo(self) -> None:
         """Undo the change."""
         self._host.take(self._document, *self._before)
-
-
-def _differing_names(one: OwnValues, other: OwnValues) -> set[str]:
-    """Return the names whose values differ, or that only one of the two has."""
-    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
 
 
 def parameter_labels(names: Iterable[str]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -253,7 +254,7 @@ class FrameRuns(QObject):
         self._work = work
 
         def job() -> Generator[_WithPreviews, None, None]:
-            with make() as steps:
+            with closing(make()) as steps:  # ends its threads
                 for progress in steps:
                     if progress.result is None:
                         check_cancelled()  # later records are not needed

@@ -104,10 +104,7 @@ class ScriptedSteps(Iterator[Step]):
     def __next__(self) -> Step:
         return next(self._all)
 
-    def __enter__(self) -> ScriptedSteps:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self.closed = True
 
 
