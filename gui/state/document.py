@@ -563,15 +563,7 @@ class Document(FrameData):
         """Set attributes of a stored run, such as its name or note."""
         for name, value in changes.items():
             setattr(kept, name, value)
-        self.note_run_changed(kept)
-
-    def note_run_changed(self, kept: StoredRun) -> None:
-        """Called after a stored run has changed."""
         self.touch(Part.HISTORY | Part.COMPARED if kept in self.compared else Part.HISTORY)
-
-    def note_run_measured(self) -> None:
-        """Called after the error of a stored run was computed."""
-        self.touch(Part.HISTORY, viewing=True)
 
     def delete_runs(self, runs: Collection[StoredRun]) -> None:
         """Delete runs from the history, as one undo step; later runs stay when it is undone."""
@@ -593,9 +585,9 @@ class Document(FrameData):
             text = f"Delete {there[0].name}" if len(there) == 1 else f"Delete {len(there)} runs"
             self.undo_stack.push(Swap(text, True, exchange))
 
-    def drop_run(self, kept: StoredRun) -> None:
-        """Delete a run from the history; not undoable."""
-        self.change(runs=tuple(one for one in self.state.runs if one is not kept))
+    def drop_runs(self, runs: Collection[StoredRun]) -> None:
+        """Delete runs from the history; not undoable."""
+        self.change(runs=tuple(kept for kept in self.state.runs if kept not in runs))
         self.touch(Part.HISTORY)
 
     def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:

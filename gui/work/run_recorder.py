@@ -100,8 +100,8 @@ class RunRecorder(QObject):
             return
         same = next((kept for kept in reversed(document.state.runs) if kept.equals(results)), None)
         if same is not None:
-            same.results = dict(results)  # the current objects, so that the equal ones can be freed
-            document.note_run_changed(same)
+            # the current objects, so that the equal ones can be freed
+            document.change_run(same, results=dict(results))
             return
         ended, step, edit = solved
         run = document.run(document.state.common)
@@ -109,10 +109,9 @@ class RunRecorder(QObject):
         if live is not None and live.step == step and live.kept in document.state.runs:
             kept, former = live.kept, live.name
             kept.take(with_shared_arrays(run, document.state.runs), dict(results))
-            kept.seconds, kept.done = ended.seconds, kept.done | ended.done
             name = run_name(document, kept.number, run, edit, live=True)
-            kept.name = name if kept.name == former else kept.name
-            document.note_run_changed(kept)
+            shown = name if kept.name == former else kept.name
+            document.change_run(kept, seconds=ended.seconds, done=kept.done | ended.done, name=shown)
         else:
             kept = self._keep(run, dict(results), ended, edit, live=True)
             name = kept.name
@@ -139,17 +138,19 @@ class RunRecorder(QObject):
 
     def _drop_oldest(self, document: Document) -> None:
         """Remove the oldest runs without a note that are not compared, beyond a number or a size."""
-        dropped = 0
+        left, dropped = list(document.state.runs), []
         for kept in document.state.runs[:-1]:
-            if len(document.state.runs) <= MAX_STORED and memory_of(document.state.runs) <= MAX_MEMORY:
+            if len(left) <= MAX_STORED and memory_of(left) <= MAX_MEMORY:
                 break
             if not kept.note and kept not in document.compared:
-                document.drop_run(kept)
-                dropped += 1
+                left.remove(kept)
+                dropped.append(kept)
+        if dropped:
+            document.drop_runs(dropped)
         if dropped and document not in self._warned:
             self._warned.add(document)
             self.message.emit(
-                f"{document.name}: the run history is full ({len(document.state.runs)} runs). New runs replace the "
+                f"{document.name}: the run history is full ({len(left)} runs). New runs replace the "
                 "oldest ones; runs with a note are kept."
             )
 
@@ -161,7 +162,7 @@ class RunRecorder(QObject):
         kept = next((kept for kept in reversed(document.state.runs) if kept.is_of(results)), None)
         if kept is not None:
             kept.take_extrapolation(completion)
-            document.note_run_changed(kept)
+            document.change_run(kept)
 
 
 def _last_step(document: Document) -> QUndoCommand | None:

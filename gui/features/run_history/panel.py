@@ -138,7 +138,7 @@ class RunsPanel(Panel):
         def take(errors: tuple[float, float]) -> None:
             if stored.results is results and document.frame.ground_truth is ground_truth:
                 stored.ground_truth_error, stored.expected_error = errors
-                document.note_run_measured()
+                document.touch(Part.HISTORY, viewing=True)
             if self._export is not None:
                 self.export(self._export[1], self._export[0])
 
