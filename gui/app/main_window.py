@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 
@@ -42,7 +42,7 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
-from ..widgets.basics import Late
+from ..widgets.basics import Late, Themed
 from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
 from .drops import FileDrops, accepted
@@ -85,7 +85,7 @@ _FURTHER: tuple[type[Feature], ...] = (
 """Those with panels of their own add them after the standard ones."""
 
 
-class MainWindow(QMainWindow):
+class MainWindow(Themed, QMainWindow):
     """The main window. It only assembles the shared objects and the features.
 
     With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
@@ -155,18 +155,14 @@ class MainWindow(QMainWindow):
         if paths := accepted(event):
             self.documents.open_paths(paths)
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Redraw icons after a change of theme; update the full-screen action when the window state changes."""
-        super().changeEvent(event)
-        if not hasattr(self, "features"):  # during construction
-            return
-        if event.type() == QEvent.Type.PaletteChange:
-            self.actions_.draw_icons()
-            self.panels.draw_icons(self.palette())
-            draw_extensions(self)
-        elif event.type() == QEvent.Type.WindowStateChange:
-            with QSignalBlocker(self.actions_["full_screen"]):
-                self.actions_["full_screen"].setChecked(self.isFullScreen())
+    def _take_theme(self) -> None:
+        self.actions_.draw_icons()
+        self.panels.draw_icons(self.palette())
+        draw_extensions(self)
+
+    def _show_state(self) -> None:
+        with QSignalBlocker(self.actions_["full_screen"]):
+            self.actions_["full_screen"].setChecked(self.isFullScreen())
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about unsaved work, stop the threads, store the layout."""
@@ -186,5 +182,6 @@ class MainWindow(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Restore the last layout, or use the default one."""
         super().showEvent(event)
+        self.windowHandle().windowStateChanged.connect(self._show_state, Qt.ConnectionType.UniqueConnection)
         self.panels.arrange()
         self.refresh.mark("error", "cloud", ExtractionPanel.title)  # drawn only while visible

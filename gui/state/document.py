@@ -99,7 +99,7 @@ class Document(FrameData):
         """Tell of a change that a project stores, other than an undo step; `viewing`: only of the view, which needs no
         saving."""
         if not viewing:
-            self.note_other_change()
+            self._others += 1
         self.changes.touch(self)
         self.note(part)
 
@@ -107,10 +107,6 @@ class Document(FrameData):
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
         self.changes.touch(self)
-
-    def note_other_change(self) -> None:
-        """Note a change that is not an undo step."""
-        self._others += 1
 
     # saved or not
 
