@@ -60,42 +60,31 @@ class ValueSlider(QSlider):
 
     def __init__(self, declaration: Declaration) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        self._kind, self._step, self._log = declaration.kind, declaration.step, declaration.scale == "log"
-        self._low, self._high = float(declaration.minimum or 0), float(declaration.maximum or 0)
-        last = round((self._high - self._low) / self._step)
-        if self._log:
+        kind, step = declaration.kind, declaration.step
+        low, high = float(declaration.minimum or 0), float(declaration.maximum or 0)
+        if declaration.scale == "log":
             # 0 has no logarithm: it gets a separate position at the left end
-            self._apart = int(self._low <= 0)
-            finest = 1.0 if self._kind is int else _FINEST * self._step
-            self._first = finest if self._apart else self._low
-            self._decades = math.log10(self._high / self._first)
-            last = _LOG_STEPS + self._apart
-        self.setRange(0, last)
-        self.setPageStep(max(last // 10, 1))
+            finest = 1.0 if kind is int else _FINEST * step
+            first = finest if low <= 0 else low
+            decades = math.log10(high / first)
+            exact = [first * 10 ** (decades * position / _LOG_STEPS) for position in range(_LOG_STEPS + 1)]
+            values = [low] * (low <= 0) + [float(f"{value:.2g}") for value in exact]
+        else:
+            values = [round(low + position * step, 9) for position in range(round((high - low) / step) + 1)]
+        values[0], values[-1] = low, high
+        within = [min(max(value, low), high) for value in values]
+        self._values: list[Value] = [round(value) for value in within] if kind is int else list(within)
+        self.setRange(0, len(values) - 1)
+        self.setPageStep(max((len(values) - 1) // 10, 1))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def value_at(self, position: int) -> Value:
-        """Return the value at a position, rounded to a readable number."""
-        if position <= 0:
-            found = self._low
-        elif position >= self.maximum():
-            found = self._high
-        elif self._log:
-            exponent = self._decades * (position - self._apart) / _LOG_STEPS
-            found = float(f"{self._first * 10**exponent:.2g}")
-        else:
-            found = round(self._low + position * self._step, 9)
-        found = min(max(found, self._low), self._high)
-        return round(found) if self._kind is int else found
+        """Return the value at a position, a readable number."""
+        return self._values[position]
 
     def position_of(self, value: Value) -> int:
         """Return the position nearest to a value."""
-        number = float(value)
-        if not self._log:
-            return round((number - self._low) / self._step)
-        if number < self._first:
-            return 0
-        return self._apart + round(_LOG_STEPS * math.log10(number / self._first) / self._decades)
+        return min(range(len(self._values)), key=lambda position: abs(float(self._values[position]) - float(value)))
 
     @property
     def shown_value(self) -> Value:
