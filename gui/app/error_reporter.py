@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
 from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -21,21 +20,13 @@ _LEAVE_S = 0.3
 
 
 class ErrorReporter(QObject):
-    """Reports uncaught errors of slots and threads from now on; then the program continues, or `stop` is called.
-
-    Parameters
-    ----------
-    notes : Notes
-    stop : callable, optional
-        Called after an error.
-    """
+    """Reports uncaught errors of slots and threads from now on; then the program continues."""
 
     _met = Signal(object)
 
-    def __init__(self, notes: Notes, stop: Callable[[], None] | None = None) -> None:
+    def __init__(self, notes: Notes) -> None:
         super().__init__(notes)
         self._notes = notes
-        self._stop = stop
         # queued: errors may come from any thread
         self._met.connect(self._report, Qt.ConnectionType.QueuedConnection)
         sys.excepthook = self._take
@@ -48,8 +39,6 @@ class ErrorReporter(QObject):
 
     def _report(self, error: Exception) -> None:
         self._notes.report("Unexpected error", error)
-        if self._stop is not None:
-            self._stop()
 
 
 def exit_soon(status: int) -> int:

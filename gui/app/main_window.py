@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragLeaveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
+
+from ilf._runtime.formatting import counted
 
 from ..features.about import WindowFeature
 from ..features.accuracy.block_errors import BlockErrorsFeature
@@ -39,10 +41,10 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
-from ..widgets.basics import Late
+from ..widgets.basics import Late, Themed
 from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
-from .drops import FileDrops
+from .drops import FileDrops, accepted
 
 # In the order in which they draw. A feature that another one asks for comes before it.
 _STANDARD: tuple[type[Feature], ...] = (
@@ -81,7 +83,7 @@ _FURTHER: tuple[type[Feature], ...] = (
 """Those with panels of their own add them after the standard ones."""
 
 
-class MainWindow(QMainWindow):
+class MainWindow(Themed, QMainWindow):
     """The main window. It only assembles the shared objects and the features.
 
     With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
@@ -97,7 +99,7 @@ class MainWindow(QMainWindow):
         self.panels, self.log, self.notes = context.panels, context.log, context.notes
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
-        self.drops = FileDrops(self)
+        FileDrops(self)
         for make in _STANDARD:
             make(context)
         self._add_panels()
@@ -136,30 +138,29 @@ class MainWindow(QMainWindow):
     # events
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Show that files would be accepted."""
-        self.drops.enter(event)
+        """Say what a drop of files would do."""
+        if paths := accepted(event):
+            what = paths[0].name or str(paths[0]) if len(paths) == 1 else counted(len(paths), "item")
+            self.statusBar().showMessage(f"Drop to open {what}")
 
     def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
-        """Hide the drop overlay."""
-        self.drops.hide()
+        """Say so no more."""
+        self.statusBar().clearMessage()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open the dropped files."""
-        if paths := self.drops.take(event):
+        self.statusBar().clearMessage()
+        if paths := accepted(event):
             self.documents.open_paths(paths)
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Redraw icons after a change of theme; update the full-screen action when the window state changes."""
-        super().changeEvent(event)
-        if not hasattr(self, "features"):  # during construction
-            return
-        if event.type() == QEvent.Type.PaletteChange:
-            self.actions_.draw_icons()
-            self.panels.draw_icons(self.palette())
-            draw_extensions(self)
-        elif event.type() == QEvent.Type.WindowStateChange:
-            with QSignalBlocker(self.actions_["full_screen"]):
-                self.actions_["full_screen"].setChecked(self.isFullScreen())
+    def _take_theme(self) -> None:
+        self.actions_.draw_icons()
+        self.panels.draw_icons(self.palette())
+        draw_extensions(self)
+
+    def _show_state(self) -> None:
+        with QSignalBlocker(self.actions_["full_screen"]):
+            self.actions_["full_screen"].setChecked(self.isFullScreen())
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about unsaved work, stop the threads, store the layout."""
@@ -179,5 +180,6 @@ class MainWindow(QMainWindow):
     def showEvent(self, event: QShowEvent) -> None:
         """Restore the last layout, or use the default one."""
         super().showEvent(event)
+        self.windowHandle().windowStateChanged.connect(self._show_state, Qt.ConnectionType.UniqueConnection)
         self.panels.arrange()
         self.refresh.mark("error", "cloud", ExtractionPanel.title)  # drawn only while visible

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ilf._runtime.installation import __version__, asset_path, check_opencv, optional, run_if_child
 from ilf._runtime.termination import log_crashes, log_error, terminating_immediately
-from ilf._runtime.writing import private_file
+from ilf._runtime.writing import check_writable, private_file
 from ilf.errors import IlfError, InputError
 
 from ..base.display import display_problem, qt_problem
@@ -50,13 +51,15 @@ def _main(arguments: Sequence[str] | None) -> int:
     try:
         check_there([*options.frames, options.live])
         check_opencv()
-        inputs = _inputs(options, reading)
+        sources, others = _inputs(options, reading)
         if options.screenshot is not None:
-            _check_unattended(Path(options.screenshot), inputs.single)
+            if os.path.isdir(options.screenshot):
+                raise InputError(f"{options.screenshot} is a folder: give the name of a file in it for the screenshot.")
+            check_writable(Path(options.screenshot).parent)
     except IlfError as error:
         return _print_refusal(str(error))
     for name in reading.given:
-        if OPTIONS[name].one_frame and len(inputs.sources) != 1:
+        if OPTIONS[name].one_frame and len(sources) != 1:
             parser.error(f"{OPTIONS[name].flag} is for one frame: give only this one.")
     offscreen = options.screenshot is not None and not os.environ.get("QT_QPA_PLATFORM")
     problem = display_problem()
@@ -69,15 +72,13 @@ def _main(arguments: Sequence[str] | None) -> int:
         if problem:
             raise InputError(problem)
         optional("PySide6.QtWidgets", "ilf-studio[app]", "The window")
-        return _run(options, inputs)
+        return _run(options, sources, others)
     except InputError as error:
         return _print_refusal(f"{error} Without a window: ilf complete --help.")
 
 
-def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
+def _run(options: argparse.Namespace, sources: Sequence[FrameRef], others: list[Path]) -> int:
     """Show the window until it is closed; returns the exit status. Raises InputError if a package is missing."""
-    from PySide6.QtCore import QTimer
-
     from .error_reporter import ErrorReporter, exit_soon
 
     log_crashes()
@@ -96,15 +97,13 @@ def _run(options: argparse.Namespace, inputs: _Inputs) -> int:
     window = MainWindow(persistent=options.screenshot is None)
     if options.size:
         window.resize(*options.size)
-    is_unattended = options.run or options.screenshot is not None
-    unattended = HeadlessRun(window, options.run, options.screenshot) if is_unattended else None
-    ErrorReporter(window.notes, None if unattended is None else unattended.finish)
+    picture = None if options.screenshot is None else Path(options.screenshot)
+    unattended = HeadlessRun(window, options.run, picture) if options.run or picture is not None else None
+    ErrorReporter(window.notes)
     if splash is not None:
         splash.close()
     window.show()
-    _open(window, options, inputs)
-    if unattended is not None:
-        QTimer.singleShot(0, unattended.start)
+    _open(window, options, sources, others)
     status = app.exec()
     if unattended is not None:
         status = unattended.status or status
@@ -167,26 +166,14 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _size(text: str) -> tuple[int, int]:
-    try:
-        width, height = (int(part) for part in text.lower().split("x"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 1440x900") from None
-    if not (400 <= width <= 8000 and 300 <= height <= 8000):
-        raise argparse.ArgumentTypeError("the window must be 400x300 to 8000x8000 pixels")
-    return width, height
+    size = re.fullmatch(r"(\d{3,4})x(\d{3,4})", text.lower())
+    if size is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT, as in 1440x900")
+    return int(size[1]), int(size[2])
 
 
-class _Inputs(NamedTuple):
-    """The given inputs: project files, run records, frames, and a colour or depth file without a partner."""
-
-    projects: list[Path]
-    records: list[Path]
-    sources: list[FrameRef]
-    single: list[Path]
-
-
-def _open(window: MainWindow, options: argparse.Namespace, inputs: _Inputs) -> None:
-    """Open the inputs; a single file opens the dialog."""
+def _open(window: MainWindow, options: argparse.Namespace, sources: Sequence[FrameRef], others: list[Path]) -> None:
+    """Open frames, projects and records; a single file opens the dialog."""
     if options.show == "cloud":
         window.centre.show_cloud()
     if options.sample:
@@ -195,31 +182,20 @@ def _open(window: MainWindow, options: argparse.Namespace, inputs: _Inputs) -> N
         from ..features.sequence.playing import PlayFeature
 
         window.feature(PlayFeature).play_live(options.live, options.rate)
-    for source in inputs.sources:
+    for source in sources:
         window.documents.open_source(source)
-    window.documents.open_paths([*inputs.projects, *inputs.records, *inputs.single])
+    window.documents.open_paths(others)
 
 
-def _check_unattended(picture: Path, single: Sequence[Path]) -> None:
-    """Raise InputError if no screenshot can be written there, before a long run, or if a user would be asked for the
-    partner of a file."""
-    folder = picture.absolute().parent
-    if picture.is_dir():
-        raise InputError(f"{picture} is a folder: give the name of a file in it for the screenshot.")
-    if not folder.is_dir():
-        raise InputError(f"{folder} does not exist: create this folder for the screenshot, or use another.")
-    if not os.access(folder, os.W_OK):
-        raise InputError(f"{folder} cannot be written to: use another folder for the screenshot.")
-    if single:
-        raise InputError(_missing_partner(single[0]))
+def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> tuple[list[FrameRef], list[Path]]:
+    """Return the frames, and what is none: projects, run records, and last a file without its partner, which only a
+    user can be asked for.
 
-
-def _missing_partner(path: Path) -> str:
-    return f"{path}: a frame needs a colour and a depth file, or a folder. Give both files, or the folder."
-
-
-def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
-    """Sort the arguments; raises IlfError if there is no frame with the key of --frame."""
+    Raises
+    ------
+    IlfError
+        If there is no frame with the key of --frame, or no user who could be asked.
+    """
     from ilf.sources.frame_ref import FrameRef
     from ilf.sources.source import Source
 
@@ -228,14 +204,19 @@ def _inputs(options: argparse.Namespace, reading: ReadingOptions) -> _Inputs:
 
     if options.frame is not None:
         found = Source(options.frames[0], reading).ref(options.frame)
-        return _Inputs([], [], [replace(found, options=reading.or_else(found.options))], [])
+        return [replace(found, options=reading.or_else(found.options))], []
     projects, folders, records, files = sort_paths(map(Path, options.frames))
     sources = [FrameRef(str(path), options=reading) for path in folders]
     if len(files) % 2 and (pair := pair_of(files[-1])) is not None:
         files[-1:] = pair
     pairs = zip(files[::2], files[1::2], strict=False)
     sources += [FrameRef(str(rgb), str(depth), options=reading) for rgb, depth in pairs]
-    return _Inputs(projects, records, sources, files[len(files) // 2 * 2 :])
+    single = files[len(files) // 2 * 2 :]
+    if single and options.screenshot is not None:
+        raise InputError(
+            f"{single[0]}: a frame needs a colour and a depth file, or a folder. Give both files, or the folder."
+        )
+    return sources, [*projects, *records, *single]
 
 
 def _print_refusal(reason: str) -> int:

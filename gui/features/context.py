@@ -25,9 +25,9 @@ from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
 from ..widgets.notes import Notes
 from ..widgets.notices import LogPanel
+from ..work.frame_runs import RunController
 from ..work.latest_request import Job, LatestRequest
 from ..work.refresh import Refresh
-from ..work.runs import RunController
 
 _OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
 """The parts on which it depends whether a command can be used."""

@@ -13,8 +13,7 @@ from ..base.commands import command, keys_text
 from ..base.needs import Need, sentence
 from ..state.document import Document
 from ..state.parts import Part
-from ..work.frame_runs import RunState
-from ..work.runs import LiveSolver
+from ..work.frame_runs import LiveSolver, RunState
 from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
 

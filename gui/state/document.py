@@ -99,7 +99,7 @@ class Document(FrameData):
         """Tell of a change that a project stores, other than an undo step; `viewing`: only of the view, which needs no
         saving."""
         if not viewing:
-            self.note_other_change()
+            self._others += 1
         self.changes.touch(self)
         self.note(part)
 
@@ -107,10 +107,6 @@ class Document(FrameData):
         """Note an edit that the undo stack does not report; undo steps call this through their signal."""
         self._edits += 1
         self.changes.touch(self)
-
-    def note_other_change(self) -> None:
-        """Note a change that is not an undo step."""
-        self._others += 1
 
     # saved or not
 
@@ -541,9 +537,11 @@ class Document(FrameData):
         """Remove all results, as one undo step; results of later runs stay when it is undone."""
 
         def exchange(cleared: FrameResults | None) -> FrameResults | None:
-            present = self.swap_results(FrameResults({}))
-            if cleared is not None:
-                self.swap_results(cleared.with_newer(present))
+            present = self.results.snapshot()
+            if cleared is None:
+                self.put_back_results(FrameResults(), present)
+            else:
+                self.put_back_results(cleared, FrameResults())
             self.note(Part.RESULTS)
             return present if cleared is None else None
 
@@ -561,15 +559,7 @@ class Document(FrameData):
         """Set attributes of a stored run, such as its name or note."""
         for name, value in changes.items():
             setattr(kept, name, value)
-        self.note_run_changed(kept)
-
-    def note_run_changed(self, kept: StoredRun) -> None:
-        """Called after a stored run has changed."""
         self.touch(Part.HISTORY | Part.COMPARED if kept in self.compared else Part.HISTORY)
-
-    def note_run_measured(self) -> None:
-        """Called after the error of a stored run was computed."""
-        self.touch(Part.HISTORY, viewing=True)
 
     def delete_runs(self, runs: Collection[StoredRun]) -> None:
         """Delete runs from the history, as one undo step; later runs stay when it is undone."""
@@ -591,9 +581,9 @@ class Document(FrameData):
             text = f"Delete {there[0].name}" if len(there) == 1 else f"Delete {len(there)} runs"
             self.undo_stack.push(Swap(text, True, exchange))
 
-    def drop_run(self, kept: StoredRun) -> None:
-        """Delete a run from the history; not undoable."""
-        self.change(runs=tuple(one for one in self.state.runs if one is not kept))
+    def drop_runs(self, runs: Collection[StoredRun]) -> None:
+        """Delete runs from the history; not undoable."""
+        self.change(runs=tuple(kept for kept in self.state.runs if kept not in runs))
         self.touch(Part.HISTORY)
 
     def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:

@@ -49,7 +49,6 @@ class Entry:
     changes: int = 0
     problem: str = ""
     _summary: FrameSummary = field(default_factory=FrameSummary)
-    _stamp: tuple[int, ...] = ()
     _unsaved: str = ""
     """Its unsaved changes while it is not open."""
 
@@ -67,16 +66,11 @@ class Entry:
     @property
     def stored_summary(self) -> FrameSummary:
         """Summary of the work on the frame; up to date if the frame is open."""
-        document = self.document
-        if document is not None:
-            stamp = (*document.stamp, id(document.valid_results()), id(document.blocks), document.state.done)
-            if stamp != self._stamp:
-                self._summary, self._stamp = document.summary(), stamp
-        return self._summary
+        return self._summary if self.document is None else self.document.summary()
 
     def set_summary(self, summary: FrameSummary) -> None:
         """Set the summary of a frame that is not open."""
-        self._summary, self._stamp = summary, ()
+        self._summary = summary
 
     @property
     def unsaved(self) -> bool:

@@ -25,7 +25,7 @@ from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
 from .blocks import BlockCounts, BlockErrors, BlockTally
-from .results import FrameResults, Results, ShownDepth, StoredBlockResult, same_depth, same_layers, same_mask
+from .results import CurrentDepth, FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
@@ -61,13 +61,10 @@ class FrameData:
         """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
         self.record_replay: Replay | None = None
         """The record that the document was opened from."""
-        self._shown = ShownDepth(state.frame.depth)
+        self._shown = CurrentDepth(state.frame.depth)
         self._tally: BlockTally | None = None
         self._fitting: dict[int, list[BlockResult]] = {}
         self._valid: dict[int, BlockResult] | None = None
-        self._last_valid: Mapping[int, BlockResult] = {}
-        self._outdated: frozenset[int] = frozenset()
-        """Blocks whose valid results have other parameters than the current ones."""
         self._completion: Completion | None = None
         self._extrapolated: tuple[Completion, Extrapolation] | None = None
         self._copies: dict[str, Any] = {}
@@ -314,14 +311,13 @@ class FrameData:
         for result in results:
             self._forget_result(result.block.label)
 
-    def swap_results(self, other: FrameResults) -> FrameResults:
-        """Replace the results and return the former ones."""
-        former = self.results.swap(other)
+    def put_back_results(self, former: FrameResults, known: FrameResults) -> None:
+        """Replace the results that are `known` by former ones; those that have come since stay."""
+        self.results.put_back(former, known)
         self._shown.forget()
-        for results in other.kept.values():
+        for results in self.results.kept.values():
             self._shown.keep(kept.result for kept in results)
         self._forget_results()
-        return former
 
     def restore_results(self, results: Sequence[BlockResult], extrapolation: Extrapolation | None) -> FrameResults:
         """Make earlier results, with their extrapolation, the latest again; return the former results."""
@@ -356,23 +352,13 @@ class FrameData:
         if self._valid is None:
             found = {label: self._best(label) for label in sorted(self.results.kept)}
             self._valid = {label: result for label, result in found.items() if result is not None}
-            self._note_others(self._valid)
+            outdated = (label for label, result in self._valid.items() if not self._is_current(result))
+            self._shown.note_results(self._valid, frozenset(outdated))
         return self._valid
 
-    def _note_others(self, valid: Mapping[int, BlockResult]) -> None:
-        """Mark the current depth as changed where the valid results, or whether they are outdated, differ."""
-        former, self._last_valid = self._last_valid, valid
-        was_outdated = self._outdated
-        self._outdated = frozenset(
-            label for label, result in valid.items() if not result.parameters.same_effect(self.parameters_of(label))
-        )
-        for label in (was_outdated ^ self._outdated) & valid.keys():
-            self._shown.note(valid[label].block.box)
-        for label in former.keys() | valid.keys():
-            one, other = former.get(label), valid.get(label)
-            for result in (one, other) if one is not other else ():
-                if result is not None:
-                    self._shown.note(result.block.box)
+    def _is_current(self, result: BlockResult) -> bool:
+        """Whether a result has the current parameters of its block."""
+        return result.parameters.same_effect(self.parameters_of(result.block.label))
 
     def results_of(self, run: Run) -> dict[int, BlockResult]:
         """Return the results that fit the blocks of a run; of several, the one with its parameters, else the latest.
@@ -396,7 +382,7 @@ class FrameData:
     def is_up_to_date(self, label: int) -> bool:
         """Whether the block has a result of its current state and parameters."""
         result = self.valid_results().get(label)
-        return result is not None and result.parameters.same_effect(self.parameters_of(label))
+        return result is not None and self._is_current(result)
 
     def _best(self, label: int) -> BlockResult | None:
         if label not in self._fitting:
@@ -454,9 +440,8 @@ class FrameData:
     def update_depth(self) -> Box | None:
         """Update the current depth and return the changed box (rows, columns); None if nothing changed."""
         completion = self.completion()
-        valid, previews = self.valid_results(), self.results.previews.values()
         depth = self.frame.depth if completion is None else completion.depth
-        return self._shown.update(self.labels, valid, depth, previews, self._outdated)
+        return self._shown.update(self.labels, depth, self.results.previews.values())
 
     def records_of(self, label: int) -> Sequence[IterationRecord]:
         """Return the records of the block so far if it is running, else those of its result."""
@@ -473,8 +458,7 @@ class FrameData:
     def _forget_result(self, label: int) -> None:
         """Drop what was computed from a block and its results."""
         self._valid = None
-        for result in self._fitting.pop(label, ()):
-            self._shown.note(result.block.box)
+        self._fitting.pop(label, None)
 
     def _forget_results(self) -> None:
         self._valid = None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -22,8 +22,10 @@ from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 
 from .document import Document
-from .frames import Frames
 from .parts import Part, Swap
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
 
 DRAG_S = 0.7
 """Changes of the same parameters within this time [s] are one undo step."""
@@ -57,8 +59,8 @@ frames before it."""
 class DocumentParameters:
     """The parameters of all frames, of one frame, or of blocks."""
 
-    def __init__(self, frames: Frames) -> None:
-        self._frames = frames
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
         self.shared = SharedParameters(False, preset(DEFAULT_PRESET))
         """Whether parameters are shared, and which; if not, a new frame starts with those of the current frame."""
         self.extraction = BlockParameters()
@@ -69,7 +71,7 @@ class DocumentParameters:
     @property
     def current(self) -> Parameters:
         """Common parameters of the current frame: those of all blocks without own parameters."""
-        return self._frames.current.state.common if self._frames.has_current else self.shared.values
+        return self._workspace.current.state.common if self._workspace.has_current else self.shared.values
 
     @property
     def of_next_frame(self) -> Parameters:
@@ -115,7 +117,7 @@ class DocumentParameters:
 
     def set_own(self, values: OwnValues, blocks: Collection[int]) -> None:
         """Add own parameters to blocks; values equal to the common ones are removed."""
-        common, own = self.current.to_dict(), self._frames.current.blocks.own
+        common, own = self.current.to_dict(), self._workspace.current.blocks.own
 
         def own_values(label: int) -> OwnValues:
             merged = {**own.get(label, {}), **values}
@@ -129,15 +131,15 @@ class DocumentParameters:
 
     def copy_own(self, source: int, blocks: Collection[int]) -> None:
         """Copy the own parameters of a block to others."""
-        self._edit({}, dict.fromkeys(blocks, self._frames.current.blocks.own.get(source, {})))
+        self._edit({}, dict.fromkeys(blocks, self._workspace.current.blocks.own.get(source, {})))
 
     def _edit(self, common: OwnValues, own: Mapping[int, OwnValues]) -> None:
         """Set common parameters, and all own parameters of blocks, as one undo step, or as part of the last one."""
-        if not self._frames.has_current:
+        if not self._workspace.has_current:
             if common:
                 self.set_shared(self.shared._replace(values=self.shared.values.replace(**common)))
             return
-        document = self._frames.current
+        document = self._workspace.current
         step, stack = EditParameters(self, document, common, own), document.undo_stack
         if not step.names:
             return
@@ -172,8 +174,8 @@ class DocumentParameters:
         document.change(common=document.state.common.replace(**common))
         if common and self.shared.applies_to(document):
             self.shared = SharedParameters(True, document.state.common)
-            self.shared.apply_to(self._frames.open, transient)
-            self._frames.project_touched.emit()
+            self.shared.apply_to(self._workspace.open, transient)
+            self._workspace.project_touched.emit()
         document.note(Part.PARAMETERS)
         if document.valid_results() != before:  # results of earlier parameters are valid again
             document.note(Part.RESULTS)
@@ -190,12 +192,12 @@ class DocumentParameters:
     def set_shared(self, shared: SharedParameters) -> None:
         """Set whether parameters are shared by all frames, and which; also on loading a project, before its frames."""
         former, self.shared = self.shared, shared
-        shared.apply_to(self._frames.open)
+        shared.apply_to(self._workspace.open)
         if former.on and not shared.on:  # from now on they are stored with each frame
-            for document in self._frames.open:
+            for document in self._workspace.open:
                 if document.counts() or document.unsaved:
-                    self._frames.touch(document)
-        self._frames.touch_project(Part.PARAMETERS)
+                    self._workspace.touch(document)
+        self._workspace.touch_project(Part.PARAMETERS)
 
     def share(self) -> list[Document]:
         """Share the current frame's parameters with all frames without own ones, as one undo step.
@@ -203,7 +205,9 @@ class DocumentParameters:
         Returns the open frames that had other parameters.
         """
         shared = SharedParameters(True, self.current)
-        others = [one for one in self._frames.open if not one.state.own_parameters and one.state.common != self.current]
+        others = [
+            one for one in self._workspace.open if not one.state.own_parameters and one.state.common != self.current
+        ]
         self._push_sharing(shared, own=False, text="Use parameters for all frames")
         return others
 
@@ -221,25 +225,25 @@ class DocumentParameters:
 
     def _push_sharing(self, shared: SharedParameters, own: bool, text: str) -> None:
         """Change whether parameters are shared, as one undo step; undo restores the parameters of the other frames."""
-        frames, document = self._frames, self._frames.current
+        workspace, document = self._workspace, self._workspace.current
 
         def exchange(to: _Sharing) -> _Sharing:
             shared, common, own, undone = to
             former = self.shared, document.state.common, document.state.own_parameters
-            others = WeakKeyDictionary({one: one.state.common for one in frames.open})
+            others = WeakKeyDictionary({one: one.state.common for one in workspace.open})
             results = document.valid_results()
             document.remember_parameters()
             document.change(common=common, own_parameters=own)
             self.set_shared(shared)
-            frames.note(Part.LIST)
+            workspace.note(Part.LIST)
             if document.valid_results() != results:
                 document.note(Part.RESULTS)
             if undone is not None and not shared.on:
                 for one, common in undone.items():
-                    if one in frames.open and one.state.common != common:
+                    if one in workspace.open and one.state.common != common:
                         one.remember_parameters()
                         one.change(common=common)
-            for one in frames.open if former[0].on and not shared.on else ():
+            for one in workspace.open if former[0].on and not shared.on else ():
                 # its parameters are now stored with it; restoring an earlier state is no unsaved change
                 if one is not document and not one.state.own_parameters:
                     one.touch(viewing=undone is not None)
@@ -252,7 +256,7 @@ class DocumentParameters:
     def restore(self, kept: StoredRun) -> bool:
         """Restore common and own parameters of a stored run in the current frame, as one undo step; False if they are
         the current ones."""
-        document, run = self._frames.current, kept.run
+        document, run = self._workspace.current, kept.run
         there = set(document.counts()).intersection(np.unique(run.blocks.labels).tolist())
         own = {label: run.parameters_of(label).differences_from(run.parameters) for label in there}
         step = EditParameters(self, document, run.parameters.differences_from(document.state.common), own)
@@ -265,12 +269,12 @@ class DocumentParameters:
     def set_extraction(self, parameters: BlockParameters) -> None:
         """Set the parameters of the next extraction."""
         self.extraction = parameters
-        self._frames.touch_project(Part.EXTRACTION)
+        self._workspace.touch_project(Part.EXTRACTION)
 
     def set_keeps_handmade(self, on: bool) -> None:
         """Set whether the next extraction keeps hand-made blocks."""
         self.keeps_handmade = on
-        self._frames.touch_project(Part.EXTRACTION)
+        self._workspace.touch_project(Part.EXTRACTION)
 
 
 class EditParameters(QUndoCommand):
@@ -295,11 +299,13 @@ class EditParameters(QUndoCommand):
         super().__init__()
         self._host = host
         self._document = document
-        present, former = document.state.common.to_dict(), {label: document.blocks.own.get(label, {}) for label in own}
+        former = {label: document.blocks.own.get(label, {}) for label in own}
         changed = {label: values for label, values in own.items() if values != former[label]}
+        present = document.state.common.to_dict()
         self._after = common, changed
         self._before = {name: present[name] for name in common}, {label: former[label] for label in changed}
-        self.names = {*common}.union(*(_differing_names(former[label], changed[label]) for label in changed))
+        pairs = ((former[label].items(), changed[label].items()) for label in changed)
+        self.names = {*common}.union(*({name for name, _ in one ^ other} for one, other in pairs))
         self._time = time.monotonic()
 
     @property
@@ -326,11 +332,6 @@ class EditParameters(QUndoCommand):
     def undo(self) -> None:
         """Undo the change."""
         self._host.take(self._document, *self._before)
-
-
-def _differing_names(one: OwnValues, other: OwnValues) -> set[str]:
-    """Return the names whose values differ, or that only one of the two has."""
-    return {name for name in {*one, *other} if name not in one or name not in other or one[name] != other[name]}
 
 
 def parameter_labels(names: Iterable[str]) -> list[str]:

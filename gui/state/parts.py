@@ -145,6 +145,7 @@ class Changes(QObject):
         super().__init__(parent)
         self._shown: Any = None
         self._parts = NO_PART
+        self._awaited = False
         self._listeners: list[tuple[Part, Callable[[], None]]] = []
         # not a timer with interval 0: the next user input would be handled before it
         self._wanted.connect(self.tell, Qt.ConnectionType.QueuedConnection)
@@ -160,9 +161,14 @@ class Changes(QObject):
     def note(self, part: Part, document: object = None) -> None:
         """Note that a part has changed: `changed` tells it in the next turn of the event loop. Of a `document` that is
         not shown, only its summary in the list is."""
-        if not self._parts:
-            self._wanted.emit()
         self._parts |= part if document is None or document is self._shown else Part.LIST
+        self.wake()
+
+    def wake(self) -> None:
+        """Tell in the next turn of the event loop, even if no part has changed."""
+        if not self._awaited:
+            self._awaited = True
+            self._wanted.emit()
 
     def touch(self, document: object) -> None:
         """Tell that content of a document that a project stores has changed."""
@@ -171,12 +177,12 @@ class Changes(QObject):
 
     def tell(self) -> None:
         """Tell now what would be told in the next turn."""
+        self._awaited = False
         parts, self._parts = self._parts, NO_PART
         for wanted, call in self._listeners:
             if wanted & parts:
                 call()
-        if parts:
-            self.changed.emit(parts)
+        self.changed.emit(parts)
 
 
 class Swap(QUndoCommand, Generic[Value]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
@@ -65,25 +65,10 @@ class ErrorEstimate(NamedTuple):
 
 
 class FrameResults(NamedTuple):
-    """All results of a frame: of its blocks, the error estimate and the extrapolation of a completion."""
+    """All results of a frame's blocks, and the extrapolation of a completion, as `Results` has them at a time."""
 
-    kept: dict[int, list[StoredBlockResult]]
-    error_estimate: tuple[Completion, ErrorEstimate] | None = None
+    kept: Mapping[int, Sequence[StoredBlockResult]] = {}
     extrapolation: tuple[Completion, Completion] | None = None
-
-    def with_newer(self, newer: FrameResults) -> FrameResults:
-        """Return these results merged with newer ones, for example of a run after these were cleared."""
-        labels = self.kept.keys() | newer.kept.keys()
-        kept = {label: [*self.kept.get(label, ()), *newer.kept.get(label, ())] for label in labels}
-        return FrameResults(
-            kept, newer.error_estimate or self.error_estimate, newer.extrapolation or self.extrapolation
-        )
-
-    def without(self, others: FrameResults) -> FrameResults:
-        """Return these results without those that are also in `others`."""
-        theirs = {id(one) for kept in others.kept.values() for one in kept}
-        left = {label: [one for one in kept if id(one) not in theirs] for label, kept in self.kept.items()}
-        return FrameResults({label: kept for label, kept in left.items() if kept})
 
 
 class Results:
@@ -149,15 +134,16 @@ class Results:
 
     def snapshot(self) -> FrameResults:
         """Return a copy of the results, which later changes do not affect."""
-        return FrameResults(
-            {label: list(kept) for label, kept in self.kept.items()}, self.error_estimate, self.extrapolation
-        )
+        return FrameResults({label: list(kept) for label, kept in self.kept.items()}, self.extrapolation)
 
-    def swap(self, other: FrameResults) -> FrameResults:
-        """Replace the results and return the former ones."""
-        former = FrameResults(self.kept, self.error_estimate, self.extrapolation)
-        self.kept, self.error_estimate, self.extrapolation = other
-        return former
+    def put_back(self, former: FrameResults, known: FrameResults) -> None:
+        """Replace the results that are `known` by former ones; those that have come since stay."""
+        replaced = {id(one) for kept in known.kept.values() for one in kept}
+        newer = {label: [one for one in kept if id(one) not in replaced] for label, kept in self.kept.items()}
+        both = {label: [*former.kept.get(label, ()), *newer.get(label, ())] for label in former.kept.keys() | newer}
+        self.kept = {label: kept for label, kept in both.items() if kept}
+        if self.extrapolation is known.extrapolation:
+            self.extrapolation = former.extrapolation
 
 
 Stated = TypeVar("Stated", Guide, NeighbourDepth, DepthByHand)
@@ -189,7 +175,7 @@ def same_layers(one: RGBDFrame, other: RGBDFrame) -> bool:
 Depth = NDArray[np.float32]
 
 
-class ShownDepth:
+class CurrentDepth:
     """The completed depth, the last depth of blocks that have changed since, and previews of running blocks.
 
     Attributes
@@ -205,6 +191,8 @@ class ShownDepth:
         self.stale: NDArray[np.bool_] = np.zeros(depth.shape, bool)
         self._last: Depth = np.full(depth.shape, np.nan, np.float32)
         self._changed: Box | None = None
+        self._valid: Mapping[int, BlockResult] = {}
+        self._outdated: frozenset[int] = frozenset()
 
     def keep(self, results: Iterable[BlockResult]) -> None:
         """Store the depth of results; it is shown until there is newer depth, also when the blocks change."""
@@ -225,27 +213,26 @@ class ShownDepth:
         """Mark the whole frame as changed."""
         self._changed = whole(self.depth.shape)
 
-    def update(
-        self,
-        labels: NDArray[np.int32],
-        valid: Collection[int],
-        depth: Depth,
-        previews: Iterable[Preview],
-        outdated: Collection[int],
-    ) -> Box | None:
+    def note_results(self, valid: Mapping[int, BlockResult], outdated: frozenset[int]) -> None:
+        """Take the valid results, and the blocks whose results have other parameters than the current ones; mark where
+        either has changed."""
+        for label in self._valid.keys() | valid.keys():
+            one, other = self._valid.get(label), valid.get(label)
+            if one is not other or (label in self._outdated) != (label in outdated):
+                for result in filter(None, (one, other)):
+                    self.note(result.block.box)
+        self._valid, self._outdated = valid, outdated
+
+    def update(self, labels: NDArray[np.int32], depth: Depth, previews: Iterable[Preview]) -> Box | None:
         """Bring `depth` and `stale` up to date.
 
         Parameters
         ----------
         labels : ndarray of int32, shape (H, W)
             The current label map.
-        valid : collection of int
-            Blocks whose results are up to date with it.
         depth : ndarray of float32, shape (H, W)
-            The completion from these results, extrapolated depth included; or what is known without any.
+            The completion from the valid results, extrapolated depth included; or what is known without any.
         previews : iterable of (Block, ndarray)
-        outdated : collection of int
-            Blocks whose results have other parameters than the current ones.
 
         Returns
         -------
@@ -257,14 +244,14 @@ class ShownDepth:
             return None
         part, here = depth[box].copy(), labels[box]
         fresh = np.zeros(max(int(here.max()), 0) + 1, bool)
-        fresh[[0, *(label for label in valid if label < fresh.size)]] = True
+        fresh[[0, *(label for label in self._valid if label < fresh.size)]] = True
         stale = ~fresh[here]
         if stale.any():
             last = self._last[box]
             stale &= np.isfinite(last)
             part = np.where(stale, last, part)
-        if outdated:
-            stale |= np.isin(here, list(outdated)) & np.isfinite(part)
+        if self._outdated:
+            stale |= np.isin(here, list(self._outdated)) & np.isfinite(part)
         self.depth[box], self.stale[box] = part, stale
         for block, preview in previews:
             still = labels[block.box][block.mask] == block.label  # it may have lost pixels since it started

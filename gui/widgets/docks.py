@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple
 
-from PySide6.QtCore import QByteArray, QObject, QRect, QSettings, QSize, Qt, QTimer
+from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -17,6 +17,7 @@ from .basics import PlainLabel, Themed, flat_button, lay_out
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
+_GEOMETRY_KEY = "window/geometry"
 _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
@@ -221,16 +222,10 @@ class Docks(QObject):
         self._placed = True
 
     def size_window(self) -> None:
-        """Restore the window's last size and place on a screen of this size, or use the default ones, limited to the
-        screen."""
-        geometry = QSettings().value(self._place_key()) if self.persistent else None
+        """Restore the window's last size and place, or use the default size; both are limited to the screen."""
+        geometry = QSettings().value(_GEOMETRY_KEY) if self.persistent else None
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
-            self._window.resize(DEFAULT_SIZE)
-        if not self._window.isFullScreen() and not self._window.isMaximized():
-            room = available_geometry(self._window)
-            fitted = fit(self._window.geometry(), room)
-            if fitted != self._window.geometry():
-                self._window.setGeometry(fitted)
+            self._window.resize(DEFAULT_SIZE.boundedTo(self._window.screen().availableSize() - _FRAME))
 
     def arrange(self) -> None:
         """Apply the layout that was requested before the window was shown. Works only once."""
@@ -247,11 +242,7 @@ class Docks(QObject):
         self._in_use = False
         self._titles_timer.stop()
         if self.persistent:
-            QSettings().setValue(self._place_key(), self._window.saveGeometry())
-
-    def _place_key(self) -> str:
-        room = available_geometry(self._window)
-        return f"window/geometry-{room.width()}x{room.height()}"
+            QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
 
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
@@ -313,16 +304,3 @@ class Docks(QObject):
         heights = [round(100 * group.value * (_LATE if group in late else 1)) for group in shown]
         self._window.resizeDocks(docks, heights, Qt.Orientation.Vertical)
         self._sized.update(shown)
-
-
-def available_geometry(window: QWidget) -> QRect:
-    """Return the part of the screen that is available to windows."""
-    return window.screen().availableGeometry()
-
-
-def fit(window: QRect, room: QRect) -> QRect:
-    """Return the window's inner geometry, limited to the room minus its frame and moved into it."""
-    size = window.size().boundedTo(room.size() - _FRAME)
-    left = min(max(window.left(), room.left()), room.right() + 1 - size.width())
-    top = min(max(window.top(), room.top() + _FRAME.height()), room.bottom() + 1 - size.height())
-    return QRect(left, top, size.width(), size.height())

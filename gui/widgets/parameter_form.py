@@ -5,12 +5,11 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import takewhile
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from PySide6.QtCore import QEvent, QLocale, QObject, QPoint, QSettings, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -19,7 +18,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QScrollArea,
     QSizePolicy,
     QSlider,
@@ -62,42 +60,31 @@ class ValueSlider(QSlider):
 
     def __init__(self, declaration: Declaration) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        self._kind, self._step, self._log = declaration.kind, declaration.step, declaration.scale == "log"
-        self._low, self._high = float(declaration.minimum or 0), float(declaration.maximum or 0)
-        last = round((self._high - self._low) / self._step)
-        if self._log:
+        kind, step = declaration.kind, declaration.step
+        low, high = float(declaration.minimum or 0), float(declaration.maximum or 0)
+        if declaration.scale == "log":
             # 0 has no logarithm: it gets a separate position at the left end
-            self._apart = int(self._low <= 0)
-            finest = 1.0 if self._kind is int else _FINEST * self._step
-            self._first = finest if self._apart else self._low
-            self._decades = math.log10(self._high / self._first)
-            last = _LOG_STEPS + self._apart
-        self.setRange(0, last)
-        self.setPageStep(max(last // 10, 1))
+            finest = 1.0 if kind is int else _FINEST * step
+            first = finest if low <= 0 else low
+            decades = math.log10(high / first)
+            exact = [first * 10 ** (decades * position / _LOG_STEPS) for position in range(_LOG_STEPS + 1)]
+            values = [low] * (low <= 0) + [float(f"{value:.2g}") for value in exact]
+        else:
+            values = [round(low + position * step, 9) for position in range(round((high - low) / step) + 1)]
+        values[0], values[-1] = low, high
+        within = [min(max(value, low), high) for value in values]
+        self._values: list[Value] = [round(value) for value in within] if kind is int else list(within)
+        self.setRange(0, len(values) - 1)
+        self.setPageStep(max((len(values) - 1) // 10, 1))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def value_at(self, position: int) -> Value:
-        """Return the value at a position, rounded to a readable number."""
-        if position <= 0:
-            found = self._low
-        elif position >= self.maximum():
-            found = self._high
-        elif self._log:
-            exponent = self._decades * (position - self._apart) / _LOG_STEPS
-            found = float(f"{self._first * 10**exponent:.2g}")
-        else:
-            found = round(self._low + position * self._step, 9)
-        found = min(max(found, self._low), self._high)
-        return round(found) if self._kind is int else found
+        """Return the value at a position, a readable number."""
+        return self._values[position]
 
     def position_of(self, value: Value) -> int:
         """Return the position nearest to a value."""
-        number = float(value)
-        if not self._log:
-            return round((number - self._low) / self._step)
-        if number < self._first:
-            return 0
-        return self._apart + round(_LOG_STEPS * math.log10(number / self._first) / self._decades)
+        return min(range(len(self._values)), key=lambda position: abs(float(self._values[position]) - float(value)))
 
     @property
     def shown_value(self) -> Value:
@@ -119,7 +106,7 @@ _FIRST = "With most effect here"
 """The section of the parameters that `show_effects` puts first."""
 
 
-class ParameterForm(Themed, QScrollArea):
+class ParameterForm(QScrollArea):
     """A form that edits one ParameterSet; editors and limits come from the declarations.
 
     Parameters that have no effect with the current values of others are hidden. At first the form shows the basic ones
@@ -149,24 +136,21 @@ class ParameterForm(Themed, QScrollArea):
     def __init__(self, set_class: type[ParameterSet]) -> None:
         super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # its fields have it
-        self._parameters = set_class()
-        self._base = set_class()
+        self._parameters = self._base = set_class()
         self._source = "the preset"
-        self._declarations = declarations = set_class.declarations()
-        self._places: dict[str, QWidget] = {}
-        """The place of every parameter's row."""
-        self._rows: dict[str, _Row] = {}
-        """The rows that have been shown; most never are."""
-        self._wheel_guard = _WheelGuard(self)
+        self._first: Sequence[str] = ()
+        """The parameters in the first section."""
+        declarations = set_class.declarations()
         self._controlling = {item.when[0] for item in declarations.values() if item.when}
         """Parameters that determine whether others have an effect."""
-
-        self._groups = {name: declaration.group for name, declaration in declarations.items()}
-        """The section that a parameter is in at present."""
-        self._sections = {group: ParameterSection(group) for group in dict.fromkeys((_FIRST, *self._groups.values()))}
-        for name, group in self._groups.items():
-            self._places[name] = place = QWidget()
-            self._sections[group].rows.addWidget(place)
+        guard = _WheelGuard(self)
+        self._rows = {
+            name: ParameterRow(item, partial(self._edited, name), guard) for name, item in declarations.items()
+        }
+        for name, row in self._rows.items():
+            row.customContextMenuRequested.connect(partial(self._ask_menu, name))
+        groups = dict.fromkeys((_FIRST, *(item.group for item in declarations.values())))
+        self._sections = {group: ParameterSection(group) for group in groups}
         self._key = f"parameters/all_{set_class.__name__}"
         self.all_button = QToolButton(autoRaise=True)
         self.all_button.setCheckable(True)
@@ -180,7 +164,7 @@ class ParameterForm(Themed, QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._take_theme()
+        self.put_first(())
 
     def parameters(self) -> ParameterSet:
         """Return the current values."""
@@ -196,162 +180,180 @@ class ParameterForm(Themed, QScrollArea):
         """Set the base values, which rows are compared with and reset to, and their name."""
         if (parameters, source) != (self._base, self._source):
             self._base, self._source = parameters, source
-            for name, row in self._rows.items():
-                self._places[name].setToolTip(_tooltip(row.declaration, getattr(parameters, name), source))
             self._show()
 
     @property
     def shown(self) -> list[str]:
         """Names of the parameters that the form shows, in the order of their declaration."""
-        return [name for name, place in self._places.items() if not place.isHidden()]
+        return [name for name, row in self._rows.items() if not row.isHidden()]
 
     def show_effects(self, effects: Mapping[str, str]) -> None:
         """Show what parameters did, beside them; nothing beside the others."""
-        for name in effects:
-            self._make_row(name)
         for name, row in self._rows.items():
-            row.effect.show_message(effects.get(name, ""))
-            row.effect.setVisible(name in effects)
+            if name in effects:
+                self._show_row(name)
+            if row.made:
+                row.effect.show_message(effects.get(name, ""))
+                row.effect.setVisible(name in effects)
 
     def put_first(self, names: Sequence[str]) -> None:
         """Put parameters first, in this order; the others have the order of their declarations."""
-        self._groups = {name: _FIRST if name in names else item.group for name, item in self._declarations.items()}
-        for name in (*names, *(name for name in self._places if name not in names)):
-            for section in self._sections.values():
-                section.rows.removeWidget(self._places[name])
-            self._sections[self._groups[name]].rows.addWidget(self._places[name])
-        self._update_visibility()
+        self._first = names
+        for name in (*names, *(name for name in self._rows if name not in names)):
+            self._sections[self._group(name)].rows.addWidget(self._rows[name])  # as the last one, also if it was there
+        self._show()
+
+    def _group(self, name: str) -> str:
+        """The section that a parameter is in at present."""
+        return _FIRST if name in self._first else self._rows[name].declaration.group
 
     def sizeHint(self) -> QSize:
         return QSize(300, 520)
 
-    def _make_row(self, name: str) -> None:
-        """Make the row of a parameter, when it is first shown; Tab reaches it after those before it."""
-        if name in self._rows:
-            return
-        group = self._groups[name]
-        earlier = takewhile(lambda other: other != name, self._places)
-        made = [self._rows[other].reset for other in earlier if other in self._rows and self._groups[other] == group]
-        last: QWidget = made[-1] if made else self._sections[group].header
-        self._rows[name] = row = self._row(self._declarations[name], self._places[name])
-        for control in filter(None, (row.editor, row.slider, row.reset)):
-            QWidget.setTabOrder(last, control)
-            last = control
-        self._show_row(name)
+    def _ask_menu(self, name: str, at: QPoint) -> None:
+        self.menu_requested.emit(name, self._rows[name].mapToGlobal(at))
 
-    def _row(self, declaration: Declaration, widget: QWidget) -> _Row:
-        name = declaration.name
-        grid = QGridLayout(widget)
-        grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(4)
-        grid.setVerticalSpacing(1)
-        grid.setColumnStretch(0, 1)
-        editor, show = _editor(declaration, lambda value: self._edited(name, value))
-        editor.setObjectName(name)
-        editor.installEventFilter(self._wheel_guard)
-        if isinstance(editor, QCheckBox):
-            caption: QLabel | QCheckBox = editor
-            grid.addWidget(editor, 0, 0, 1, 2)
-        else:
-            caption = PlainLabel(declaration.label, wordWrap=True)
-            caption.setBuddy(editor)
-            editor.setFixedWidth(_FIELD_WIDTH)
-            grid.addWidget(caption, 0, 0)
-            grid.addWidget(editor, 0, 1)
-        slider = self._slider(declaration) if has_slider(declaration) else None
-        if slider is not None:
-            grid.addWidget(slider, 1, 0, 1, 2)
-        reset = flat_button("", name=f"Reset {declaration.label}")
-        reset.clicked.connect(lambda: self._edited(name, getattr(self._base, name)))
-        reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
-        reset.setObjectName(f"reset_{name}")
-        reset.setIcon(self._reset_icon())
-        policy = reset.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        reset.setSizePolicy(policy)
-        grid.addWidget(reset, 0, 2)
-        effect = Message()
-        effect.setObjectName(f"effect_{name}")
-        effect.hide()
-        grid.addWidget(effect, 2, 0, 1, 2)
-        widget.setToolTip(_tooltip(declaration, getattr(self._base, name), self._source))
-        widget.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        widget.customContextMenuRequested.connect(lambda at: self.menu_requested.emit(name, widget.mapToGlobal(at)))
-        return _Row(declaration, editor, caption, reset, slider, effect, show)
-
-    def _slider(self, declaration: Declaration) -> ValueSlider:
-        slider = ValueSlider(declaration)
-        slider.setObjectName(f"slider_{declaration.name}")
-        slider.setAccessibleName(declaration.label)
-        slider.installEventFilter(self._wheel_guard)
-        slider.valueChanged.connect(lambda _: self._edited(declaration.name, slider.shown_value))
-        return slider
-
-    def _edited(self, name: str, value: Value) -> None:
+    def _edited(self, name: str, value: Value | None) -> None:
+        """Take a value of the user; None resets it."""
         current = getattr(self._parameters, name)
+        value = getattr(self._base, name) if value is None else value
         # Enter in an unchanged field reports the rounded value that it shows
         if isinstance(current, float) and isinstance(value, float) and round(current, _DECIMALS) == value:
-            self._show_row(name)
-            return
-        if value == current:
-            return
+            value = current
+        changed = value != current
         self._parameters = self._parameters.replace(**{name: value})
         self._show_row(name)
-        if name in self._controlling:
-            self._update_visibility()
-        self.changed.emit(self._parameters)
-
-    def _show(self) -> None:
-        for name in self._rows:
-            self._show_row(name)
-        self._update_visibility()
+        if changed and name in self._controlling:
+            self._show()
+        if changed:
+            self.changed.emit(self._parameters)
 
     def _show_row(self, name: str) -> None:
-        row = self._rows[name]
-        value, base = getattr(self._parameters, name), getattr(self._base, name)
-        with QSignalBlocker(row.editor):
-            row.show(value)
-        if row.slider is not None:
-            row.slider.show_value(value)
-        # not by palette, which a new application style sheet would reset
-        accent = theme.colours(self.palette()).accent.name()
-        style = "" if value == base else f"color: {accent}"
-        if row.caption.styleSheet() != style:  # setting a style sheet is slow, even the same one
-            row.caption.setStyleSheet(style)
-        row.reset.setVisible(value != base)
-        row.reset.setToolTip(literal_text(f"Reset to {row.declaration.to_text(base)}"))
+        self._rows[name].show_value(getattr(self._parameters, name), getattr(self._base, name), self._source)
 
-    def _update_visibility(self) -> None:
-        effective = {name for name in self._places if self._parameters.has_effect(name)}
+    def _show(self) -> None:
+        """Show the values, of the parameters that have an effect now."""
+        effective = {name for name in self._rows if self._parameters.has_effect(name)}
         every = self.all_button.isChecked()
-        shown = {name for name in effective if every or self._declarations[name].basic or self._differs(name)}
-        for name, place in self._places.items():
-            if name in shown:
-                self._make_row(name)
-            place.setVisible(name in shown)
+        shown = {name for name in effective if every or self._rows[name].declaration.basic or self._differs(name)}
+        for name, row in self._rows.items():
+            if name in shown or row.made:
+                self._show_row(name)
+            row.setVisible(name in shown)
         self.all_button.setText("Only the main parameters" if every else f"All {len(effective)} parameters")
         self.all_button.setArrowType(Qt.ArrowType.UpArrow if every else Qt.ArrowType.DownArrow)
-        groups = {self._groups[name] for name in shown}
+        groups = {self._group(name) for name in shown}
         for group, section in self._sections.items():
             section.header.setVisible(every)
             if not every:
                 section.header.setChecked(True)
             section.setVisible(group in groups)
+            section.order_tabs()
 
     def _differs(self, name: str) -> bool:
         return bool(getattr(self._parameters, name) != getattr(self._base, name))
 
     def _show_all(self, on: bool) -> None:
         QSettings().setValue(self._key, on)
-        self._update_visibility()
-
-    def _take_theme(self) -> None:
-        for row in self._rows.values():
-            row.reset.setIcon(self._reset_icon())
         self._show()
 
-    def _reset_icon(self) -> QIcon:
-        return theme.icon("ph.arrow-counter-clockwise", self.palette())
+
+class ParameterRow(Themed, QWidget):
+    """The row of a parameter. Its controls are made when it first shows a value: most parameters are never shown.
+
+    Parameters
+    ----------
+    declaration : Declaration
+    edited : callable
+        Called with a value of the user, or None if the parameter is reset.
+    guard : QObject
+        Event filter of the controls.
+    """
+
+    effect: Message
+
+    def __init__(self, declaration: Declaration, edited: Callable[[Value | None], None], guard: QObject) -> None:
+        super().__init__()
+        self.declaration = declaration
+        self._edited, self._guard = edited, guard
+        self.controls: list[QWidget] = []
+        """In the order of the Tab key."""
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+
+    @property
+    def made(self) -> bool:
+        """Whether it has its controls."""
+        return bool(self.controls)
+
+    def _make(self) -> None:
+        name, label = self.declaration.name, self.declaration.label
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(4)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
+        self._editor, self._show_in_editor = _editor(self.declaration, self._edited)
+        self._editor.setObjectName(name)
+        if isinstance(self._editor, QCheckBox):
+            self._caption: QWidget = self._editor
+            grid.addWidget(self._editor, 0, 0, 1, 2)
+        else:
+            self._caption = caption = PlainLabel(label, wordWrap=True)
+            caption.setBuddy(self._editor)
+            self._editor.setFixedWidth(_FIELD_WIDTH)
+            grid.addWidget(caption, 0, 0)
+            grid.addWidget(self._editor, 0, 1)
+        self._slider = self._made_slider() if has_slider(self.declaration) else None
+        if self._slider is not None:
+            grid.addWidget(self._slider, 1, 0, 1, 2)
+        self._reset = flat_button("", lambda: self._edited(None), name=f"Reset {label}")
+        self._reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
+        self._reset.setObjectName(f"reset_{name}")
+        policy = self._reset.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self._reset.setSizePolicy(policy)
+        self._draw_icon()
+        grid.addWidget(self._reset, 0, 2)
+        self.effect = Message()
+        self.effect.setObjectName(f"effect_{name}")
+        self.effect.hide()
+        grid.addWidget(self.effect, 2, 0, 1, 2)
+        self.controls = [*filter(None, (self._editor, self._slider, self._reset))]
+        for control in self.controls[:-1]:
+            control.installEventFilter(self._guard)
+
+    def _made_slider(self) -> ValueSlider:
+        slider = ValueSlider(self.declaration)
+        slider.setObjectName(f"slider_{self.declaration.name}")
+        slider.setAccessibleName(self.declaration.label)
+        slider.valueChanged.connect(lambda _: self._edited(slider.shown_value))
+        return slider
+
+    def show_value(self, value: Value, base: Value, source: str) -> None:
+        """Show a value, and the base value that it is reset to, which is from `source`."""
+        if not self.made:
+            self._make()
+        self._shown = value, base, source
+        with QSignalBlocker(self._editor):
+            self._show_in_editor(value)
+        if self._slider is not None:
+            self._slider.show_value(value)
+        # not by palette, which a new application style sheet would reset
+        accent = theme.colours(self.palette()).accent.name()
+        style = "" if value == base else f"color: {accent}"
+        if self._caption.styleSheet() != style:  # setting a style sheet is slow, even the same one
+            self._caption.setStyleSheet(style)
+        self._reset.setVisible(value != base)
+        self._reset.setToolTip(literal_text(f"Reset to {self.declaration.to_text(base)}"))
+        self.setToolTip(_tooltip(self.declaration, base, source))
+
+    def _take_theme(self) -> None:
+        if self.made:
+            self._draw_icon()
+            self.show_value(*self._shown)
+
+    def _draw_icon(self) -> None:
+        self._reset.setIcon(theme.icon("ph.arrow-counter-clockwise", self.palette()))
 
 
 class ParameterSection(QWidget):
@@ -378,16 +380,13 @@ class ParameterSection(QWidget):
         self.header.toggled.connect(fold)
         self.header.setChecked(True)
 
-
-@dataclass(frozen=True)
-class _Row:
-    declaration: Declaration
-    editor: QWidget
-    caption: QLabel | QCheckBox
-    reset: QToolButton
-    slider: ValueSlider | None
-    effect: Message
-    show: Callable[[Any], None]
+    def order_tabs(self) -> None:
+        """Let the Tab key reach its rows from top to bottom, in whatever order they were made."""
+        items = filter(None, map(self.rows.itemAt, range(self.rows.count())))
+        rows = [item.widget() for item in items]
+        controls = [control for row in rows if isinstance(row, ParameterRow) for control in row.controls]
+        for control, following in pairwise([self.header, *controls]):
+            QWidget.setTabOrder(control, following)
 
 
 class _WheelGuard(QObject):

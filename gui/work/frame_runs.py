@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
-from dataclasses import replace
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
 
 from ilf._runtime.cancellation import check_cancelled, mapped_steps
 from ilf._runtime.formatting import counted
@@ -19,6 +20,7 @@ from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_
 from ilf.run.run import EXTRAPOLATED, Execution, Run
 
 from ..state.document import Document
+from ..state.parts import Edit, Part
 from ..state.results import Preview
 from ..state.workspace import Workspace
 from .jobs import Order, Worker, spare_cores
@@ -59,66 +61,62 @@ class RunState(Enum):
         return self in (RunState.RUNNING, RunState.PAUSED, RunState.EXTRAPOLATING)
 
 
-class RunOutcome(NamedTuple):
-    """The outcome of a run or a re-solve.
+@dataclass(eq=False)
+class Work:
+    """A run, a re-solve of changed blocks or an extrapolation: what is going on, or how it has ended.
 
     Attributes
     ----------
     document : Document
     run : Run
         Its input.
-    done : frozenset of int
-        Blocks with a result.
-    seconds : float
-        Duration [s].
+    started, seconds : float
+        When it started, and its duration [s]; 0 until it has ended.
+    kind : RunState
+        `RUNNING`, `RESOLVING` or `EXTRAPOLATING`.
+    steps : Execution or None
+        Of a run.
+    resolves : tuple of int
+        The blocks of a re-solve, in this order.
+    base : Completion or None
+        What is extrapolated.
+    begun, done : set of int
+        Blocks with records, and blocks with a result.
     how : str
-        "finished", "cancelled" or "failed".
-    resolved : bool
-        Whether it was a re-solve of changed blocks.
+        "finished", "cancelled" or "failed"; "" until it has ended.
     """
 
     document: Document
     run: Run
-    done: frozenset[int]
-    seconds: float
-    how: str
-    resolved: bool
+    started: float
+    kind: RunState = RunState.RUNNING
+    steps: Execution | None = None
+    resolves: tuple[int, ...] = ()
+    base: Completion | None = None
+    begun: set[int] = field(default_factory=set)
+    done: set[int] = field(default_factory=set)
+    how: str = ""
+    seconds: float = 0.0
+    preview_time: float = 0.0
+    """When the next preview is due [s]."""
+    abandoned: bool = False
+    """Whether its results are not wanted any more."""
 
-
-class RunNews(QObject):
-    """What runs tell.
-
-    Signals
-    -------
-    state_changed()
-        `state` or `queued` has changed, of any frame.
-    ended(str)
-        A run has ended; a message with its outcome.
-    resolved(str)
-        Blocks of the current frame were re-solved; a message with the duration.
-    run_ended(object)
-        A run or a re-solve has ended and its results are stored; an `RunOutcome`.
-    finished(object)
-        A run has finished, including the extrapolation if there is one; its document.
-    failed(object)
-        A run failed with an exception.
-    """
-
-    state_changed = Signal()
-    ended = Signal(str)
-    resolved = Signal(str)
-    run_ended = Signal(object)
-    finished = Signal(object)
-    failed = Signal(object)
+    def due_previews(self, steps: Execution) -> list[Preview] | None:
+        """Called in the background thread; the GUI's thread sets when the next preview is due."""
+        if time.perf_counter() < self.preview_time:
+            return None
+        self.preview_time = math.inf
+        return steps.preview()
 
 
 class FrameRuns(QObject):
-    """Starts, pauses, steps and cancels the work on one frame, adds its records, previews and results to the workspace,
-    and tells of them by `news`."""
+    """Starts, pauses, steps and cancels the work on one frame, adds its records, previews and results to the document,
+    and tells of them by the signals of `runs`."""
 
-    def __init__(self, workspace: Workspace, document: Document, news: RunNews) -> None:
-        super().__init__(news)
-        self._news = news
+    def __init__(self, workspace: Workspace, document: Document, runs: RunController) -> None:
+        super().__init__(runs)
+        self._runs = runs
         self._workspace = workspace
         self.document = document
         self._worker = Worker(self)
@@ -126,78 +124,74 @@ class FrameRuns(QObject):
         self._worker.finished.connect(lambda found: self._end("finished", found))
         self._worker.cancelled.connect(lambda: self._end("cancelled"))
         self._worker.failed.connect(self._fail)
-        self._worker.paused.connect(news.state_changed)
-        self._run: Run | None = None
-        self._steps: Execution | None = None
-        self._extrapolating: Completion | None = None
-        self._started = 0.0
-        self._preview_time = 0.0
+        self._worker.paused.connect(runs.state_changed)
+        self._work: Work | None = None
         self._stopping = False
-        self._abandoned = False
-        self.resolving: tuple[int, ...] = ()
-        """The blocks that are being re-solved."""
         self._next: Callable[[], None] | None = None
         """What follows the current re-solve, if it is no other re-solve."""
         self._waiting: dict[int, bool] = {}
         """The blocks to re-solve once what is going on has ended, and whether they were edited."""
-        self._sizes: dict[int, int] = {}
-        """Pixels of the run's blocks."""
-        self._begun: set[int] = set()
-        self._done: set[int] = set()
 
     @property
     def state(self) -> RunState:
         """The state of the work on the frame."""
-        if self.resolving:
-            return RunState.RESOLVING
-        if not self._worker.busy:
+        work = self._work
+        if work is None or not self._worker.busy:
             return RunState.IDLE
+        if work.kind is RunState.RESOLVING:
+            return RunState.RESOLVING
         if self._stopping:
             return RunState.STOPPING
-        if self._worker.is_paused:
-            return RunState.PAUSED
-        return RunState.RUNNING if self._extrapolating is None else RunState.EXTRAPOLATING
+        return RunState.PAUSED if self._worker.is_paused else work.kind
+
+    @property
+    def resolving(self) -> tuple[int, ...]:
+        """The blocks that are being re-solved."""
+        return () if self._work is None else self._work.resolves
+
+    @property
+    def _steps(self) -> Execution | None:
+        return None if self._work is None else self._work.steps
 
     @property
     def queued(self) -> set[int]:
         """Blocks of the run that have not started yet."""
-        if self._run is None or self._steps is None or self.resolving:
-            return set()
-        return set(self._steps.blocks) - self._begun - self._done
+        work, steps = self._work, self._steps
+        return set() if work is None or steps is None else set(steps.blocks) - work.begun - work.done
 
     @property
     def completed(self) -> list[int]:
         """The blocks that have a result, of whatever state, or are being run, in ascending order."""
-        return sorted({*self.document.results.kept, *(self._steps.blocks if self._steps is not None else ())})
+        return sorted({*self.document.results.kept, *(() if self._steps is None else self._steps.blocks)})
 
     @property
     def share_done(self) -> float:
         """Share of the pixels of the run's blocks whose block has been filtered, 0-1."""
-        if not self._sizes or self._steps is None:
+        work, steps = self._work, self._steps
+        if work is None or steps is None or not steps.blocks:
             return 0.0
-        done = self._done | self._steps.uncorrected.keys()
-        return sum(self._sizes[label] for label in done) / sum(self._sizes.values())
+        sizes = {label: np.count_nonzero(block.mask) for label, block in steps.blocks.items()}
+        return sum(sizes[label] for label in work.done | steps.uncorrected.keys()) / sum(sizes.values())
 
     @property
     def stage(self) -> str:
         """What the run does now ("Preparing", "Filtering", "Correcting") and, if it can be told, of how many blocks."""
-        if self.state is not RunState.RUNNING or self._steps is None:
+        work, steps = self._work, self._steps
+        if self.state is not RunState.RUNNING or work is None or steps is None:
             return self.state.value.capitalize()
-        total, done = len(self._steps.blocks), len(self._done | self._steps.uncorrected.keys())
-        if not (done or self._begun):
+        total, done = len(steps.blocks), len(work.done | steps.uncorrected.keys())
+        if not (done or work.begun):
             return "Preparing"
-        return "Correcting" if self._steps.uncorrected and done == total else f"Filtering {done} of {total}"
+        return "Correcting" if steps.uncorrected and done == total else f"Filtering {done} of {total}"
 
     def start(self, only: set[int] | None = None, stepwise: bool = False) -> None:
         """Run all blocks, or some; with `stepwise`, one block at a time, pausing after each step."""
         if self.resolving:
             self._follow_up(lambda: self.start(only, stepwise))
             return
-        self._run = self.document.run(self.document.state.common, only)
-        threads = 1 if stepwise else spare_cores()
-        self._steps = steps = self._run.steps(threads, self._workspace.watch(self.document, self._run))
-        self._sizes = {label: int(np.count_nonzero(block.mask)) for label, block in steps.blocks.items()}
-        self._start(lambda: steps, stepwise)
+        run = self.document.run(self.document.state.common, only)
+        steps = run.steps(1 if stepwise else spare_cores(), self._workspace.watch(self.document, run))
+        self._start(Work(self.document, run, time.perf_counter(), steps=steps), lambda: steps, stepwise)
 
     def start_changed(self) -> None:
         """Run the blocks without an up-to-date result."""
@@ -205,7 +199,7 @@ class FrameRuns(QObject):
         if changed:
             self.start(set(changed))
         else:
-            self._news.ended.emit(
+            self._runs.ended.emit(
                 f"{self.document.name}: all blocks are up to date. Use Run all blocks to run them again."
             )
 
@@ -222,14 +216,15 @@ class FrameRuns(QObject):
         A re-solve that is going on ends at once if blocks were edited, otherwise soon; what it has not finished is
         solved after them. What was edited is solved also if the run before it is cancelled.
         """
-        if self.state is RunState.IDLE:
+        work = self._work
+        if work is None:
             self._begin_resolve(blocks)
             return
         former = self._waiting
         self._waiting = {label: edited or former.get(label, False) for label in blocks}
         self._waiting |= {label: was for label, was in former.items() if label not in self._waiting}
-        if self.resolving and self._next is None:
-            age_ms = math.ceil(1000 * (time.perf_counter() - self._started))
+        if work.resolves and self._next is None:
+            age_ms = math.ceil(1000 * (time.perf_counter() - work.started))
             self._worker.cancel(0 if edited else max(_PATIENCE_MS - age_ms, 0))
 
     def _follow_up(self, action: Callable[[], None]) -> None:
@@ -245,27 +240,28 @@ class FrameRuns(QObject):
 
     def _begin_resolve(self, blocks: Sequence[int]) -> None:
         there = self.document.counts() if self.document in self._workspace.open else ()
-        self.resolving = tuple(label for label in blocks if label in there)
-        if not self.resolving:
-            self._news.state_changed.emit()
+        resolves = tuple(label for label in blocks if label in there)
+        if not resolves:
+            self._runs.state_changed.emit()
             return
-        self._preview_time = max(self._preview_time, time.perf_counter() + _FIRST_PREVIEW_S)
-        self._run = run = self.document.run(self.document.state.common, self.resolving)
+        run = self.document.run(self.document.state.common, resolves)
+        work = Work(self.document, run, time.perf_counter(), RunState.RESOLVING, resolves=resolves)
+        work.preview_time = work.started + _FIRST_PREVIEW_S
         watch = self._workspace.watch(self.document, run)
-        self._start(lambda: run.steps(spare_cores(), watch))
+        self._start(work, lambda: run.steps(spare_cores(), watch))
 
-    def _start(self, make: Callable[[], Execution], paused: bool = False) -> None:
-        self._started = time.perf_counter()
+    def _start(self, work: Work, make: Callable[[], Execution], paused: bool = False) -> None:
+        self._work = work
 
         def job() -> Generator[_WithPreviews, None, None]:
-            with make() as steps:
+            with closing(make()) as steps:  # ends its threads
                 for progress in steps:
                     if progress.result is None:
                         check_cancelled()  # later records are not needed
-                    yield progress, self._due_previews(steps)
+                    yield progress, work.due_previews(steps)
 
         self._worker.start(job, paused, lambda step: step[0] is not NO_BLOCK)
-        self._news.state_changed.emit()
+        self._runs.state_changed.emit()
 
     def extrapolate(self) -> None:
         """Extrapolate what the blocks leave missing."""
@@ -276,27 +272,20 @@ class FrameRuns(QObject):
             self._begin_extrapolation(completion)
 
     def _begin_extrapolation(self, completion: Completion) -> None:
-        self._extrapolating = completion
-        self._started = time.perf_counter()
-        present = replace(completion, run=self.document.run(self.document.state.common))
+        run = self.document.run(self.document.state.common)
+        self._work = Work(self.document, run, time.perf_counter(), RunState.EXTRAPOLATING, base=completion)
+        present = replace(completion, run=run)
 
         def told(record: IterationRecord) -> _WithPreviews:
             return Step(EXTRAPOLATED, record=record), None
 
         self._worker.start(lambda: mapped_steps(extrapolation_steps(present), told))
-        self._news.state_changed.emit()
-
-    def _due_previews(self, steps: Execution) -> list[Preview] | None:
-        """Called in the background thread; the GUI's thread sets when the next preview is due."""
-        if time.perf_counter() < self._preview_time:
-            return None
-        self._preview_time = math.inf
-        return steps.preview()
+        self._runs.state_changed.emit()
 
     def toggle_pause(self) -> None:
         """Pause the run after the current iteration, or resume it."""
         self._worker.order(Order.RUN if self.state is RunState.PAUSED else Order.PAUSE)
-        self._news.state_changed.emit()
+        self._runs.state_changed.emit()
 
     def step(self) -> None:
         """Run one iteration, then pause: of the current run, or of a new one over the selected blocks, or all."""
@@ -304,7 +293,7 @@ class FrameRuns(QObject):
             self.start(self._chosen() or None, stepwise=True)
         else:
             self._worker.order(Order.STEP)
-            self._news.state_changed.emit()
+            self._runs.state_changed.emit()
 
     def cancel(self) -> None:
         """Cancel after the current iteration; completed blocks keep their results."""
@@ -313,117 +302,219 @@ class FrameRuns(QObject):
             self._next = None
             self._waiting = {label: True for label, edited in self._waiting.items() if edited and not self.resolving}
             self._worker.cancel()
-            self._news.state_changed.emit()
+            self._runs.state_changed.emit()
 
     def clear_results(self) -> None:
         """Remove all results, also those of a re-solve or an extrapolation in progress."""
-        if self.resolving or self._extrapolating is not None:
-            self._abandoned = self._extrapolating is None
+        if self._work is not None and self._work.kind is not RunState.RUNNING:
+            self._work.abandoned = True
             self._waiting = {}
             self.cancel()
         self.document.clear_results()
 
     def _take(self, batch: list[_WithPreviews]) -> None:
-        run = self._run
-        if self._abandoned or run is None:
+        work = self._work
+        if work is None or work.abandoned or work.base is not None:
             return
         fresh: dict[int, list[IterationRecord]] = {}
         results = [progress.result for progress, _ in batch if progress.result is not None]
         for progress, _ in batch:
             if progress.record is not None:
                 fresh.setdefault(progress.label, []).append(progress.record)
-        self._begun.update(fresh)
+        work.begun.update(fresh)
         for label, records in fresh.items():
             self.document.add_records(label, records)
         for _, previews in batch:
             if previews is not None:
                 self.document.add_previews(previews)
-                self._preview_time = time.perf_counter() + _PREVIEWS_S
+                work.preview_time = time.perf_counter() + _PREVIEWS_S
         if results:
-            self._done.update(result.block.label for result in results)
+            work.done.update(result.block.label for result in results)
             # the invalid mask may have changed since the run started
-            self.document.store_results(results, run.frame)
+            self.document.store_results(results, work.run.frame)
 
     def _end(self, how: str, found: Completion | None = None) -> None:
-        if self._extrapolating is not None:
-            self._end_extrapolation(self._extrapolating, how, found)
+        work, self._work, self._stopping = self._work, None, False
+        if work is None:
             return
-        run, self._run = self._run, None
-        steps, self._steps = self._steps, None
-        done, self._done, self._begun = self._done, set(), set()
-        resolved, self.resolving = self.resolving, ()
+        work.how, work.seconds = how, time.perf_counter() - work.started
+        if work.base is not None:
+            self._end_extrapolation(work, work.base, found)
+            return
         following, self._next = self._next, None
-        seconds = time.perf_counter() - self._started
-        if run is not None and steps is not None and how != "finished" and not (resolved or self._abandoned):
+        if work.steps is not None and how != "finished":
             # blocks that were iterated keep their results, though they are not corrected yet
-            self.document.store_results(list(steps.uncorrected.values()), run.frame)
-            done.update(steps.uncorrected)
-        self._preview_time = 0.0
-        self._stopping = self._abandoned = False
+            self.document.store_results(list(work.steps.uncorrected.values()), work.run.frame)
+            work.done.update(work.steps.uncorrected)
         # another re-solve follows: the previews stay until then
-        self.document.end_run(keep_previews=bool(resolved and self._waiting and following is None))
+        self.document.end_run(keep_previews=bool(work.resolves and self._waiting and following is None))
         if following is not None:
             following()
         if self.state is RunState.IDLE:
-            self._resolve_waiting(one for one in resolved if one not in done)
-        if run is not None:
-            self._news.run_ended.emit(RunOutcome(self.document, run, frozenset(done), seconds, how, bool(resolved)))
-        if resolved:
-            self._report_resolved(resolved, done, seconds)
-        elif steps is not None:
-            self._report_ended(steps, how, done, seconds)
+            self._resolve_waiting(one for one in work.resolves if one not in work.done)
+        self._runs.run_ended.emit(work)
+        if work.steps is None:
+            self._report_resolved(work)
+        else:
+            self._report_ended(work, work.steps)
 
-    def _report_resolved(self, blocks: Sequence[int], done: set[int], seconds: float) -> None:
+    def _report_resolved(self, work: Work) -> None:
         results = self.document.valid_results()
-        there = [label for label in blocks if label in done and label in results]
+        there = [label for label in work.resolves if label in work.done and label in results]
         if there and self._workspace.is_shown(self.document):
             count = sum(results[label].outcome.iterations for label in there)
             what = self.document.info(there[0]).name if len(there) == 1 else counted(len(there), "block")
-            self._news.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * seconds:.0f} ms")
+            self._runs.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * work.seconds:.0f} ms")
 
-    def _report_ended(self, steps: Execution, how: str, done: set[int], seconds: float) -> None:
-        document = self.document
-        text = f"{document.name}: run {how}, {counted(len(done), 'block')} in {seconds:.1f} s."
-        lost = len(done - set(document.valid_results()))
+    def _report_ended(self, work: Work, steps: Execution) -> None:
+        """Tell how a run has ended; after a finished one, extrapolate the rest if that is part of it."""
+        document, completion = self.document, self.document.completion()
+        text = f"{document.name}: run {work.how}, {counted(len(work.done), 'block')} in {work.seconds:.1f} s."
+        lost = len(work.done - set(document.valid_results()))
         if lost:
             text += f" {counted(lost, 'block')} edited meanwhile."
-        if uncorrected := len(done & steps.uncorrected.keys()):
+        if uncorrected := len(work.done & steps.uncorrected.keys()):
             text += f" {counted(uncorrected, 'block')} without the learned correction: run again (F5)."
-        self._news.ended.emit(" ".join((text, *notes_of(steps.results))))
-        if how == "finished":
-            self._go_on()
-
-    def _go_on(self) -> None:
-        """After a finished run, extrapolate the rest if that is part of it."""
-        completion = self.document.completion()
-        if self.document.state.extrapolate and completion is not None and self.state is RunState.IDLE:
+        self._runs.ended.emit(" ".join((text, *notes_of(steps.results))))
+        if work.how != "finished":
+            return
+        if document.state.extrapolate and completion is not None and self.state is RunState.IDLE:
             self._begin_extrapolation(completion)
         else:
-            self._news.finished.emit(self.document)
+            self._runs.finished.emit(document)
 
-    def _end_extrapolation(self, base: Completion, how: str, found: Completion | None) -> None:
-        self._extrapolating, self._stopping = None, False
+    def _end_extrapolation(self, work: Work, base: Completion, found: Completion | None) -> None:
         document = self.document
         holds = found is not None and document.completion() is base
         if found is None:
-            text = f"extrapolation {how}."
+            text = f"extrapolation {work.how}."
         elif not (count := int(np.count_nonzero(found.extrapolated))):
             text = "no depth is missing; nothing to extrapolate."
         elif not holds:
             text = "blocks were edited during the extrapolation: extrapolate again."
         else:
-            seconds = time.perf_counter() - self._started
-            text = f"{counted(count, 'pixel')} extrapolated in {seconds:.1f} s (unsupported by measurements)."
+            text = f"{counted(count, 'pixel')} extrapolated in {work.seconds:.1f} s (unsupported by measurements)."
         if found is not None:
             text = " ".join((text, *(note for note in found.notes if note not in base.notes)))
             if holds:
                 document.store_extrapolation(base, found)
         self._resolve_waiting()
-        self._news.ended.emit(f"{document.name}: {text}")
+        self._runs.ended.emit(f"{document.name}: {text}")
         if holds:
-            self._news.finished.emit(document)
+            self._runs.finished.emit(document)
 
-    def _fail(self, error: Any) -> None:
+    def _fail(self, error: Exception) -> None:
         self._next, self._waiting = None, {}
         self._end("failed")
-        self._news.failed.emit(error)
+        self._runs.failed.emit(error)
+
+
+class RunController(QObject):
+    """The runs of all frames in parallel; the state is that of the current frame.
+
+    Signals
+    -------
+    state_changed()
+        `state` or `queued` has changed, of any frame.
+    ended(str)
+        A run has ended; a message with its outcome.
+    resolved(str)
+        Blocks of the current frame were re-solved; a message with the duration.
+    run_ended(object)
+        A run or a re-solve has ended and its results are stored; its `Work`.
+    finished(object)
+        A run has finished, including the extrapolation if there is one; its document.
+    failed(object)
+        A run failed with an exception.
+    """
+
+    state_changed = Signal()
+    ended = Signal(str)
+    resolved = Signal(str)
+    run_ended = Signal(object)
+    finished = Signal(object)
+    failed = Signal(object)
+
+    def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._workspace = workspace
+        self._all: dict[Document, FrameRuns] = {}
+        """By frame, also those of closed frames until they have ended."""
+        workspace.on(Part.LIST, self._cancel_closed)
+        self.state_changed.connect(self._forget_closed)
+
+    def of(self, document: Document) -> FrameRuns:
+        """Return the runs of a frame."""
+        if document not in self._all:
+            self._all[document] = FrameRuns(self._workspace, document, self)
+        return self._all[document]
+
+    @property
+    def current(self) -> FrameRuns:
+        """The runs of the current frame."""
+        return self.of(self._workspace.current)
+
+    @property
+    def running(self) -> list[Document]:
+        """Frames with a run or an extrapolation in progress."""
+        return [
+            document for document, runs in self._all.items() if not runs.state.free and document in self._workspace.open
+        ]
+
+    @property
+    def state(self) -> RunState:
+        """The state of the current frame's run."""
+        return self.current.state if self._workspace.has_current else RunState.IDLE
+
+    def _cancel_closed(self) -> None:
+        """Cancel the runs of frames that are no longer open."""
+        for document, runs in list(self._all.items()):
+            if document not in self._workspace.open:
+                runs.cancel()
+        self._forget_closed()
+
+    def _forget_closed(self) -> None:
+        """Delete the runs of closed frames that have ended."""
+        for document, runs in list(self._all.items()):
+            if runs.state is RunState.IDLE and document not in self._workspace.open:
+                del self._all[document]
+                runs.deleteLater()
+
+
+# Live depth: blocks that an edit has changed are re-solved automatically.
+
+
+class LiveSolver(QObject):
+    """Re-solves blocks that were edited since the frame was run, or that get other parameters, the selected one first.
+
+    Blocks changed during a run are re-solved after it. States that undo restores are not re-solved.
+
+    Parameters
+    ----------
+    live : QAction
+        The action that switches it on.
+    """
+
+    def __init__(self, workspace: Workspace, runs: RunController, live: QAction) -> None:
+        super().__init__(runs)
+        self._workspace = workspace
+        self._runs = runs
+        self._live = live
+        workspace.edited.connect(self._take)
+
+    def follow_parameters(self, first: Iterable[int]) -> None:
+        """Re-solve the blocks of the current frame that the present parameters change, some of them `first`, also if
+        these have no result yet; while a slider moves, what is being solved is not dropped at once."""
+        if self._live.isChecked():
+            runs = self._runs.current
+            changed = {*runs.document.changed_blocks(), *runs.resolving}
+            if wanted := [label for label in dict.fromkeys((*first, *runs.completed)) if label in changed]:
+                runs.resolve(wanted)
+
+    def _take(self, edit: Edit) -> None:
+        document, chosen = edit.document, self._workspace.chosen
+        if self._live.isChecked() and (document.results.kept or document in self._runs.running):
+            there = edit.blocks & document.counts().keys()
+            wanted = [label for label in there if not document.is_up_to_date(label)]
+            if wanted:
+                self._runs.of(document).resolve(sorted(wanted, key=lambda label: (label != chosen, label)), edited=True)

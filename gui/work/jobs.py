@@ -31,6 +31,9 @@ class Order(Enum):
     CANCEL = "cancel"
 
 
+PAUSED = object()
+
+
 class JobThread:
     """A thread that drives a generator to its end, under commands.
 
@@ -50,13 +53,11 @@ class JobThread:
     Attributes
     ----------
     items : deque
-        Items that were yielded and not fetched yet.
+        Items that were yielded and not fetched yet, with `PAUSED` where it pauses.
     end : tuple of str and object, or None
         "finished" and the generator's return value, "failed" and an exception, or "cancelled".
     command : Order
         The last command.
-    waiting : bool
-        Whether it is paused at this moment.
     """
 
     def __init__(
@@ -69,7 +70,6 @@ class JobThread:
     ) -> None:
         self.items: deque[Any] = deque()
         self.end: tuple[str, Any] | None = None
-        self.waiting = False
         self._make, self._is_step_end, self._notify = make, is_step_end, notify
         self._interruptible = interruptible
         self.command = command
@@ -80,16 +80,14 @@ class JobThread:
         self._thread = threading.Thread(target=self._drive, name="ilf-worker", daemon=True)
         self._thread.start()
 
-    def order(self, command: Order) -> bool:
-        """Set the command; False if the job was cancelled before."""
+    def order(self, command: Order) -> None:
+        """Set the command, unless the job was cancelled before."""
         with self._state:
-            obeyed = self.command is not Order.CANCEL
-            if obeyed:
+            if self.command is not Order.CANCEL:
                 self.command = command
             self._state.notify_all()
         if command is Order.CANCEL and self._interruptible:
             self._cancel_event.set()
-        return obeyed
 
     def detach(self) -> None:
         """Detach the job: it ends by itself and no longer reports."""
@@ -140,9 +138,8 @@ class JobThread:
         """Wait while paused, if the last step is complete; False once cancelled."""
         with self._state:
             while step_done and self.command is Order.PAUSE:
-                self.waiting = True
+                self.items.append(PAUSED)
                 self._state.wait()
-            self.waiting = False
             if self.command is Order.STEP:
                 self.command = Order.PAUSE
             return self.command is not Order.CANCEL
@@ -181,7 +178,6 @@ class Worker(QObject):
         super().__init__(parent)
         self._must_finish = must_finish
         self._job: JobThread | None = None
-        self._announced_pause = False
         self._timer = QTimer(self, interval=DRAIN_INTERVAL_MS)
         self._timer.timeout.connect(self._drain)
         self._patience = QTimer(self, singleShot=True, interval=DETACH_MS)
@@ -207,15 +203,14 @@ class Worker(QObject):
         """
         if self.busy:
             raise RuntimeError("a job is already in progress")
-        self._announced_pause = False
         command = Order.STEP if paused else Order.RUN
         self._job = JobThread(job, command, is_step_end, self._wake.emit, interruptible=not self._must_finish)
         self._timer.start()
 
     def order(self, command: Order) -> None:
         """Pause the job after the current step, run it on, or run one more step and pause."""
-        if self._job is not None and self._job.order(command):
-            self._announced_pause = False
+        if self._job is not None:
+            self._job.order(command)
 
     def cancel(self, after_ms: int = 0) -> None:
         """Cancel the job, at once, or after a time that a later call does not extend; `cancelled` follows."""
@@ -244,11 +239,7 @@ class Worker(QObject):
             return
         end = job.end  # read first: items in the buffer by then belong before the end
         self._pass_on(job)
-        if end is None:
-            if job.waiting and not self._announced_pause and self.is_paused:
-                self._announced_pause = True
-                self.paused.emit()
-        elif self._job is job:  # a receiver of the last batch may have shut down
+        if end is not None and self._job is job:  # a receiver of the last batch may have shut down
             job.join()
             self._forget()
             kind, value = end
@@ -272,8 +263,11 @@ class Worker(QObject):
 
     def _pass_on(self, job: JobThread) -> None:
         batch = [job.items.popleft() for _ in range(len(job.items))]
-        if batch:
-            self.progressed.emit(batch)
+        items = [item for item in batch if item is not PAUSED]
+        if items:
+            self.progressed.emit(items)
+        if len(items) < len(batch) and self.is_paused:
+            self.paused.emit()
 
     def _forget(self) -> None:
         for timer in (self._timer, self._patience, self._later):

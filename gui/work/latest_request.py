@@ -111,14 +111,12 @@ class LatestRequest(QObject):
         find: Callable[[], Answer | Generator[Any, None, Answer]],
         take: Callable[[Answer], object],
         fail: Callable[[Exception], object] | None = None,
-        step: Callable[[Any], object] = lambda part: None,
         kind: str = "latest",
-        key: object = None,
-        what: str = "",
-        about: object = None,
+        **options: Any,
     ) -> None:
-        """Call `take` with what `find` returns in the background, or `fail` with the exception of either; see `Job`."""
-        self.add(Job(find, take, fail or self._fail, step, kind, key, what, about=about))
+        """Call `take` with what `find` returns in the background, or `fail` with the exception of either; further
+        options are those of `Job`."""
+        self.add(Job(find, take, fail or self._fail, kind=kind, **options))
 
     def add(self, job: Job) -> None:
         """Do a job once there is time."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal, SignalInstance
+from PySide6.QtCore import QObject, QTimer, SignalInstance
 
 from ..state.parts import EVERY_PART, NO_PART, Part
 from ..state.workspace import Workspace
@@ -25,8 +25,6 @@ class Refresh(QObject):
     at most once, in the order in which it was added.
     """
 
-    _wanted = Signal()
-
     def __init__(self, workspace: Workspace, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._workspace = workspace
@@ -39,12 +37,9 @@ class Refresh(QObject):
         self._deferred: set[str] = set()
         self._not_before = 0.0
         self._stopped = False
-        self._scheduled = False
-        # not a timer with interval 0: the next user input would be handled before it
-        self._wanted.connect(self._turn, Qt.ConnectionType.QueuedConnection)
         self._later = QTimer(self, singleShot=True)
-        self._later.timeout.connect(self._turn)
-        workspace.changed.connect(self._take)
+        self._later.timeout.connect(workspace.tell)
+        workspace.changed.connect(self._turn)
 
     def add(
         self,
@@ -80,29 +75,17 @@ class Refresh(QObject):
         changed, self._changed[name] = self._changed[name], NO_PART
         return changed
 
-    def _take(self, part: Part) -> None:
-        """Draw now what the changed parts concern."""
-        self._changed = {name: changed | part for name, changed in self._changed.items()}
-        self._stale.update(name for name, (on, _) in self._parts.items() if on & part)
-        self._deferred.update(name for name, (_, later) in self._parts.items() if later & part)
-        if self._stale:
-            self._turn()
-        else:
-            self._schedule()
-
     def mark(self, *parts: str) -> None:
         """Mark parts as stale, to be drawn at the next turn of the event loop; KeyError for what was not added, which
         would never be drawn."""
         if unknown := set(parts) - self._draw.keys():
             raise KeyError(f"nothing draws {', '.join(sorted(unknown))}")
         self._stale.update(parts)
-        self._schedule()
+        self._workspace.wake()
 
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""
         self._workspace.tell()
-        if self._stale:
-            self._turn()
 
     def draw_all(self) -> None:
         """Draw every part, as at the start."""
@@ -114,34 +97,30 @@ class Refresh(QObject):
         self._stopped = True
         self._later.stop()
 
-    def _schedule(self) -> None:
+    def _turn(self, parts: Part) -> None:
+        """Draw what changed parts and marks concern; what can wait is drawn later, or with the rest if it is due."""
         if self._stopped:
             return
-        if self._stale and not self._scheduled:
-            self._scheduled = True
-            self._wanted.emit()
-        elif self._deferred and not self._stale and not self._later.isActive():
-            self._later.start(max(round(1000 * (self._not_before - time.perf_counter())), 0))
-
-    def _turn(self) -> None:
-        self._scheduled = False
-        if self._stopped:
-            return
-        self._workspace.tell()  # all that is drawn in a turn is of one state
+        self._changed = {name: changed | parts for name, changed in self._changed.items()}
+        self._stale.update(name for name, (on, _) in self._parts.items() if on & parts)
+        self._deferred.update(name for name, (_, later) in self._parts.items() if later & parts)
         begun = time.perf_counter()
-        waited = bool(self._deferred) and begun >= self._not_before
-        if waited:
+        due = bool(self._deferred) and begun >= self._not_before and (bool(self._stale) or not parts)
+        if due:
             self._stale |= self._deferred
             self._deferred.clear()
         try:
-            for part, draw in tuple(self._draw.items()):  # what is shown for the first time adds some
-                if part in self._stale:
-                    self._stale.discard(part)
-                    self._deferred.discard(part)
-                    if self._seen[part]():
+            for name, draw in tuple(self._draw.items()):  # what is shown for the first time adds some
+                if name in self._stale:
+                    self._stale.discard(name)
+                    self._deferred.discard(name)
+                    if self._seen[name]():
                         draw()
         finally:
-            if waited:
+            if due:
                 ended = time.perf_counter()
                 self._not_before = ended + max(_INTERVAL_S, _COST_FACTOR * (ended - begun))
-            self._schedule()
+            if self._stale:
+                self._workspace.wake()
+            elif self._deferred and not self._later.isActive():
+                self._later.start(max(round(1000 * (self._not_before - time.perf_counter())), 0))

@@ -17,8 +17,7 @@ from ..state.document import Document
 from ..state.parameters import EditParameters
 from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
 from ..state.workspace import Workspace
-from .frame_runs import RunOutcome, RunState
-from .runs import RunController
+from .frame_runs import RunController, RunState, Work
 
 REST_MS = 400
 """Time [ms] without a re-solve after which its results are stored."""
@@ -28,7 +27,7 @@ _Step = ReferenceType[QUndoCommand] | None
 """An undo step, None for none. A weak reference, because steps reference their document."""
 
 
-_Solved = tuple[RunOutcome, _Step, str]
+_Solved = tuple[Work, _Step, str]
 """A re-solve, the undo step before it, and the name of the edit that started it."""
 
 
@@ -71,12 +70,12 @@ class RunRecorder(QObject):
         """Whether re-solved blocks wait to be stored."""
         return bool(self._waiting)
 
-    def _take(self, ended: RunOutcome) -> None:
+    def _take(self, ended: Work) -> None:
         document = ended.document
         if document not in self._workspace.open:
             self._waiting.pop(document, None)
             return
-        if ended.done and ended.resolved:
+        if ended.done and ended.resolves:
             step = _last_step(document)
             self._waiting[document] = ended, None if step is None else ref(step), _edit(step)
         elif ended.done:
@@ -101,8 +100,8 @@ class RunRecorder(QObject):
             return
         same = next((kept for kept in reversed(document.state.runs) if kept.equals(results)), None)
         if same is not None:
-            same.results = dict(results)  # the current objects, so that the equal ones can be freed
-            document.note_run_changed(same)
+            # the current objects, so that the equal ones can be freed
+            document.change_run(same, results=dict(results))
             return
         ended, step, edit = solved
         run = document.run(document.state.common)
@@ -110,17 +109,16 @@ class RunRecorder(QObject):
         if live is not None and live.step == step and live.kept in document.state.runs:
             kept, former = live.kept, live.name
             kept.take(with_shared_arrays(run, document.state.runs), dict(results))
-            kept.seconds, kept.done = ended.seconds, kept.done | ended.done
             name = run_name(document, kept.number, run, edit, live=True)
-            kept.name = name if kept.name == former else kept.name
-            document.note_run_changed(kept)
+            shown = name if kept.name == former else kept.name
+            document.change_run(kept, seconds=ended.seconds, done=kept.done | ended.done, name=shown)
         else:
             kept = self._keep(run, dict(results), ended, edit, live=True)
             name = kept.name
         self._live[document] = _LiveRow(step, kept, name)
 
     def _keep(
-        self, run: Run, results: dict[int, BlockResult], ended: RunOutcome, edit: str = "", live: bool = False
+        self, run: Run, results: dict[int, BlockResult], ended: Work, edit: str = "", live: bool = False
     ) -> StoredRun:
         document = ended.document
         number = document.state.next_number
@@ -131,7 +129,7 @@ class RunRecorder(QObject):
             results,
             ended.seconds,
             next_colour(document.state.runs),
-            done=ended.done,
+            done=frozenset(ended.done),
             how=ended.how,
         )
         document.keep_run(kept)
@@ -140,17 +138,19 @@ class RunRecorder(QObject):
 
     def _drop_oldest(self, document: Document) -> None:
         """Remove the oldest runs without a note that are not compared, beyond a number or a size."""
-        dropped = 0
+        left, dropped = list(document.state.runs), []
         for kept in document.state.runs[:-1]:
-            if len(document.state.runs) <= MAX_STORED and memory_of(document.state.runs) <= MAX_MEMORY:
+            if len(left) <= MAX_STORED and memory_of(left) <= MAX_MEMORY:
                 break
             if not kept.note and kept not in document.compared:
-                document.drop_run(kept)
-                dropped += 1
+                left.remove(kept)
+                dropped.append(kept)
+        if dropped:
+            document.drop_runs(dropped)
         if dropped and document not in self._warned:
             self._warned.add(document)
             self.message.emit(
-                f"{document.name}: the run history is full ({len(document.state.runs)} runs). New runs replace the "
+                f"{document.name}: the run history is full ({len(left)} runs). New runs replace the "
                 "oldest ones; runs with a note are kept."
             )
 
@@ -162,7 +162,7 @@ class RunRecorder(QObject):
         kept = next((kept for kept in reversed(document.state.runs) if kept.is_of(results)), None)
         if kept is not None:
             kept.take_extrapolation(completion)
-            document.note_run_changed(kept)
+            document.change_run(kept)
 
 
 def _last_step(document: Document) -> QUndoCommand | None:

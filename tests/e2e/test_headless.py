@@ -13,10 +13,10 @@ from PySide6.QtCore import QSettings, QTimer
 from PySide6.QtWidgets import QApplication
 
 from gui.app import start as app
-from gui.app.headless import HeadlessRun
 from gui.app.main_window import MainWindow
 from gui.base import theme
-from gui.work.frame_runs import FrameRuns
+from gui.features.documents.feature import DocumentsFeature
+from gui.work.frame_runs import Work
 from ilf import RGBDFrame
 from ilf.cli import main as command_line
 
@@ -79,13 +79,13 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(start, frame_fol
     extrapolate = ["--extrapolate", "--blocks-existence-rate", "0.95", "--out", str(tmp_path / "done"), "--quiet"]
     assert command_line(["complete", str(frame_folder), *extrapolate]) == 0
     extrapolated = []
-    save = HeadlessRun._take_picture
+    take = DocumentsFeature.picture
 
-    def look(self: HeadlessRun):
-        extrapolated.append(self._window.workspace.current.extrapolated)
-        save(self)
+    def look(self: DocumentsFeature):
+        extrapolated.append(self.context.workspace.current.extrapolated)
+        return take(self)
 
-    monkeypatch.setattr(HeadlessRun, "_take_picture", look)
+    monkeypatch.setattr(DocumentsFeature, "picture", look)
     status, said = start(tmp_path / "done" / "run.json", "--run")
     assert status == 0
     assert "error" not in said
@@ -158,12 +158,13 @@ def test_a_run_that_breaks(start, frame_folder, picture, monkeypatch):
     def broken(*_: object):
         raise MemoryError("no room for the grid")
 
-    monkeypatch.setattr(FrameRuns, "_due_previews", broken)
+    monkeypatch.setattr(Work, "due_previews", broken)
     refused(start(frame_folder, "--run"), picture, "The run failed", "no room for the grid")
 
 
-@pytest.mark.parametrize("name", ["no-folder/picture.png", "."])
+@pytest.mark.parametrize("name", ["file/picture.png", "."])
 def test_a_picture_that_cannot_be_written(start, frame_folder, tmp_path, name):
+    (tmp_path / "file").touch()
     status, said = start(frame_folder, "--run", "--screenshot", tmp_path / name)
     assert status == 1
     assert said.startswith("ilf-gui: error: ")

@@ -12,8 +12,7 @@ from PySide6.QtCore import QTimer
 
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.work.frame_runs import RunState
-from gui.work.runs import RunController
+from gui.work.frame_runs import RunController, RunState
 from ilf import RGBDFrame
 from ilf.completion.filter import edge_parameters
 from ilf.data.label_map import Block, drawn_of, find_blocks
@@ -105,10 +104,7 @@ class ScriptedSteps(Iterator[Step]):
     def __next__(self) -> Step:
         return next(self._all)
 
-    def __enter__(self) -> ScriptedSteps:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         self.closed = True
 
 

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 from shiboken6 import isValid
 
 from ...widgets.basics import Message, group, literal_text, row_list, stack
-from ...work.runs import RunController
+from ...work.frame_runs import RunController
 
 _ID = Qt.ItemDataRole.UserRole
 

@@ -125,7 +125,7 @@ class RunsPanel(Panel):
             for (stored, _, results), errors in zip(asked, found, strict=True):
                 if stored.results is results and document.frame.ground_truth is ground_truth:
                     stored.ground_truth_error, stored.expected_error = errors
-            document.note_run_measured()
+            document.touch(Part.HISTORY, viewing=True)
             then()
 
         def fail(error: Exception) -> None:

@@ -35,9 +35,8 @@ def settings(folder: Path) -> list[bytes]:
     layouts.changed["standard"] = arrangement
     layouts.put("own_1", "Mine", arrangement)
     chosen = QSettings()
-    room = window.screen().availableGeometry()
     values: dict[str, object] = {
-        f"window/geometry-{room.width()}x{room.height()}": window.saveGeometry(),
+        "window/geometry": window.saveGeometry(),
         "export/options": json.dumps({"cloud": "ply"}),
         "export/folder": str(folder),
         "open/folder": str(folder),

@@ -9,8 +9,8 @@ import ilf
 from gui.features.blocks.feature import block_rows
 from gui.state.document import Document
 from gui.state.parts import Part
+from gui.work.frame_runs import RunController
 from gui.work.jobs import stop_workers
-from gui.work.runs import RunController
 from ilf.project.project import Stage
 from ilf.project.propagation import propagate_state
 

@@ -61,7 +61,7 @@ WORK: dict[str, Do] = {
     "a run": lambda workspace, document: document.keep_run(_kept(document)),
     "a run's name": lambda workspace, document: document.change_run(document.state.runs[0], name="best"),
     "runs go": lambda workspace, document: document.delete_runs(document.state.runs[:1]),
-    "a run goes": lambda workspace, document: document.drop_run(document.state.runs[0]),
+    "a run goes": lambda workspace, document: document.drop_runs(document.state.runs[:1]),
     "note": lambda workspace, document: workspace.set_note(workspace.entries[1], "Look here."),
     "a block that is looked at": lambda workspace, document: workspace.current.mark_checked([1]),
     "a frame comes": lambda workspace, document: workspace.add_entries([Entry("new", "/a/b", "b", FrameRef("/a/b"))]),
@@ -79,7 +79,7 @@ LOOKS: dict[str, Do] = {
     "another frame": lambda workspace, document: workspace.show(workspace.open[0]),
     "rectangle": lambda workspace, document: workspace.current.look(Part.REGION, region=(slice(1, 5), slice(2, 7))),
     "compared runs": lambda workspace, document: workspace.current.compare_runs(document.state.runs[:1]),
-    "how good a run is": lambda workspace, document: document.note_run_measured(),
+    "how good a run is": lambda workspace, document: document.touch(Part.HISTORY, viewing=True),
     "zoom": lambda workspace, document: document.change(view={"place": [1, 2, 3]}),
     "the first extraction": lambda workspace, document: _first_extraction(workspace, document),
 }

@@ -86,8 +86,6 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     assert workspace.current is document
     assert workspace.is_shown(document)
     assert not workspace.is_shown(other)
-    assert workspace.document_of("other key") is other
-    assert workspace.document_of("unknown") is None
     workspace.show(document)
     assert told() == NO_PART
     workspace.show(other)

@@ -12,9 +12,8 @@ from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.tools.editor import Editor
-from gui.work.frame_runs import RunState
+from gui.work.frame_runs import LiveSolver, RunState
 from gui.work.jobs import stop_workers
-from gui.work.runs import LiveSolver
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
 

@@ -2,7 +2,6 @@
 
 import pytest
 from PySide6.QtCore import QRect, QSettings, QSize, Qt
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QToolButton, QWidget
 
@@ -17,48 +16,24 @@ def window(shown):
     return shown(MainWindow(), 1280, 800)
 
 
-@pytest.mark.parametrize(
-    ("window", "room", "expected"),
-    [
-        (QRect(100, 80, 800, 500), QRect(0, 0, 1920, 1080), QRect(100, 80, 800, 500)),
-        (QRect(0, 0, 800, 500), QRect(0, 0, 1920, 1080), QRect(0, 40, 800, 500)),
-        (QRect(100, 80, 1440, 900), QRect(0, 0, 1066, 666), QRect(0, 40, 1066, 626)),
-        (QRect(1500, 900, 800, 500), QRect(0, 0, 1920, 1080), QRect(1120, 580, 800, 500)),
-        (QRect(0, 0, 3000, 500), QRect(1920, 30, 1280, 690), QRect(1920, 70, 1280, 500)),
-    ],
-    ids=["fits", "title bar", "too large", "sticks out", "second screen"],
-)
-def test_a_window_is_moved_into_the_room_and_made_no_larger(window, room, expected):
-    assert docks.fit(window, room) == expected
-
-
 def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
-    screen = QGuiApplication.primaryScreen().availableGeometry()
-    place = f"window/geometry-{screen.width()}x{screen.height()}"
-    for key in (place, "frames/film_strip", "layouts", "theme"):
+    for key in ("window/geometry", "frames/film_strip", "layouts", "theme"):
         QSettings().setValue(key, "damaged" if key != "layouts" else "[" * 10**5)
     window = MainWindow()
     qtbot.addWidget(window)
-    assert window.size() == docks.DEFAULT_SIZE.boundedTo(docks.available_geometry(window).size() - QSize(0, 40))
+    assert window.size() == docks.DEFAULT_SIZE.boundedTo(window.screen().availableSize() - QSize(0, 40))
 
 
-def test_each_screen_keeps_its_own_size_of_the_window(shown, monkeypatch):
-    large, small = QRect(0, 0, 800, 800), QRect(0, 0, 800, 610)
-    room = [large]
-    monkeypatch.setattr(docks, "available_geometry", lambda _: room[0])
-
+@pytest.mark.parametrize(
+    ("place", "fits"), [(QRect(5, 45, 790, 720), True), (QRect(300, 45, 2000, 1500), False)], ids=["fits", "too large"]
+)
+def test_the_window_opens_where_it_was_as_far_as_there_is_room(shown, place, fits):
     first = shown(MainWindow())
-    first.setGeometry(5, 45, 790, 720)
+    first.setGeometry(place)
     first.close()
-    room[0] = small
-    second = shown(MainWindow())
-    assert small.contains(second.geometry())
-    second.setGeometry(0, 45, 780, 560)
-    second.close()
-    for room[0], size in ((large, QSize(790, 720)), (small, QSize(780, 560))):
-        again = shown(MainWindow())
-        assert again.size() == size
-        again.close()
+    again = shown(MainWindow())
+    assert again.screen().availableGeometry().contains(again.geometry())
+    assert (again.size() == place.size()) is fits
 
 
 def test_the_panels_let_the_window_become_small(window, qtbot):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.work.frame_runs import RunState
-from gui.work.runs import LiveSolver
+from gui.work.frame_runs import LiveSolver, RunState
 from ilf.data.guide import Guide
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.editing.patches import LabelPatch
