@@ -142,20 +142,17 @@ class CurrentProject:
     def take(self, path: Path | None, project: Project | None = None, read_only: str = "") -> None:
         """Store the project's file, which contains `project`, or else no frame and the current settings."""
         self.release()
-        self.path, self.read_only = path, read_only or self._hold(path)
+        self.path, self.read_only = path, read_only
+        if path is not None:
+            self._lock = lock_of(path, autosave_folder() / "locks")
+            if self._lock is None and not read_only:
+                self.read_only = f"{path.name} is open in another window: Save will ask for another file."
         self._mark = None if path is None else file_identity(path)
         self._saved_frames, self._saved, self.found_elsewhere = {}, self._settings(), False
         if project is not None:
             self._saved_frames = {frame.id: frame for frame in project.frames}
             shared = project.common if project.for_all else None
             self._saved = ProjectSettings(tuple(self._saved_frames), shared, project.extraction, project.keeps_handmade)
-
-    def _hold(self, path: Path | None) -> str:
-        """Lock a project file for this window; return why it cannot be overwritten, "" if it can."""
-        if path is None:
-            return ""
-        self._lock = lock_of(path, autosave_folder() / "locks")
-        return "" if self._lock else f"{path.name} is open in another window: Save will ask for another file."
 
     def release(self) -> None:
         """Let other windows save the file."""

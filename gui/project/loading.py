@@ -141,7 +141,12 @@ class FrameLoader(QObject):
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
         replace frames of the list that were read with other options."""
         what = f"Looking for frames in {Path(how.rgb).name}"
-        self.read(what, lambda: _list(how), lambda found: self._take_listing(how, found[0], found[1], show))
+
+        def find() -> tuple[Listing, list[Entry]]:
+            listing = list_frames(how.rgb, how.options)
+            return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
+
+        self.read(what, find, lambda found: self._take_listing(how, found[0], found[1], show))
 
     def open_entry(self, entry: Entry) -> None:
         """Show a frame of the list, in its stored state or read from its files.
@@ -396,11 +401,6 @@ def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:
     if all_kept and by_hand:
         text += " These are all blocks: switch off 'Keep blocks made by hand' to extract them again."
     return text
-
-
-def _list(how: FrameRef) -> tuple[Listing, list[Entry]]:
-    listing = list_frames(how.rgb, how.options)
-    return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
 
 def _open(source: FrameRef, parameters: BlockParameters, places: Places | None = None) -> _Opened:

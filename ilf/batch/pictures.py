@@ -101,8 +101,6 @@ _DEFAULT_RATE = 10.0
 
 _RATES = (1.0, 60.0)
 
-Picture = NDArray[np.uint8]
-
 
 def write_contact_sheet(folder: Path, outcomes: Sequence[FrameOutcome]) -> Path:
     """Write one picture of all previews with the names of their frames; of many frames, an even selection.
@@ -185,7 +183,7 @@ def _rate(outcomes: Sequence[FrameOutcome]) -> float:
     return float(np.clip(1 / step, *_RATES)) if step > 0 else _DEFAULT_RATE
 
 
-def _fitted(picture: Picture, size: tuple[int, int]) -> Image.Image:
+def _fitted(picture: NDArray[np.uint8], size: tuple[int, int]) -> Image.Image:
     """Scale a picture to fit this width and height, and centre it."""
     return ImageOps.pad(Image.fromarray(picture), size, Image.Resampling.BOX, _PAPER)
 

@@ -66,7 +66,11 @@ def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
         head = read_head(content)
         kinds = stored_fields(StoredRun)
         runs = tuple({name: from_plain(run[name], kinds[name], {}) for name in _OF_RUN} for run in head.state["runs"])
-        size = len(content) + sum(_checked_size(opened, name) for name in head.parts)
+        size = len(content)
+        for name in head.parts:
+            part = opened.parts.read(name)
+            check_content(name, part)
+            size += len(part)
     except UNREADABLE as error:
         return FrameFacts(frame, sources, problems=(f"The work on this frame cannot be read: {error}",))
     return FrameFacts(frame, sources, runs, size)
@@ -92,12 +96,6 @@ def _wanted_files(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
         with suppress(*UNREADABLE):  # else from the source
             return list(read_head(parts.read(frame_part(frame.id))).files)
     return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
-
-
-def _checked_size(opened: OpenedProject, name: str) -> int:
-    content = opened.parts.read(name)
-    check_content(name, content)
-    return len(content)
 
 
 def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:

@@ -155,17 +155,11 @@ def located(wanted: InputFile, places: Places) -> tuple[Path | None, Path | None
     known SHA-256 may be folders."""
     other: Path | None = None
     for path in places.candidates(wanted):
-        if not wanted.sha256 or _is_same(path, wanted.sha256):
-            return path, None
+        with suppress(InputError, OSError):
+            if not wanted.sha256 or file_sha256(path) == wanted.sha256:
+                return path, None
         other = other or path
     return None, other
-
-
-def _is_same(path: Path, sha256: str) -> bool:
-    try:
-        return file_sha256(path) == sha256
-    except (InputError, OSError):
-        return False
 
 
 def moved(source: FrameRef, places: Places) -> FrameRef:

@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from zlib import crc32
 
@@ -30,10 +31,6 @@ _LOCK = "lock"
 
 class FolderInUse(InputError):
     """The folder is in use by another window."""
-
-
-def _now() -> datetime:
-    return datetime.now(UTC)
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,7 @@ class WorkHeader:
     unsaved: bool = True
     frames: tuple[str, ...] = ()
     host: str = field(default_factory=socket.gethostname)
-    changed: datetime = field(default_factory=_now)
+    changed: datetime = field(default_factory=partial(datetime.now, UTC))
 
 
 @dataclass(frozen=True)
@@ -169,7 +166,7 @@ class WorkFolder:
         """
         if not self.is_there:
             raise ExportError(f"{self.path} no longer exists: it was moved or deleted, or its drive was removed.")
-        header = replace(self.header if header is None else header, changed=_now())
+        header = replace(self.header if header is None else header, changed=datetime.now(UTC))
         new = {name: (_file_name(name), crc32(content)) for name, content in put.items()}
         kept = {name: stored for name, stored in self._parts.items() if name not in {*drop} - put.keys()}
         index = asdict(_Index(SCHEMA, header, kept | new)) | {"version": __version__}

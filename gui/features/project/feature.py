@@ -74,7 +74,7 @@ class ProjectFeature(Feature):
     @command("new_project", "&New project", icon="ph.file-plus")
     def new(self) -> None:
         """Close all frames, and start an empty project."""
-        self._leave("a new project is started", self._begin)
+        self._leave("a new project is started", self.opening.begin)
 
     @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:
@@ -185,9 +185,6 @@ class ProjectFeature(Feature):
             texts.append(f"a run is in progress ({runs.of(entry.document).share_done:.0%})")
         return ", ".join(filter(None, texts))
 
-    def _begin(self, then: Callable[[], None] = lambda: None) -> None:
-        self.opening.begin(then)
-
     # what is opened later
 
     def join(self, place: Path, then: Callable[[], None]) -> None:
@@ -204,7 +201,7 @@ class ProjectFeature(Feature):
         text = f"{place.name} is not of the folder whose project is {self.present.name}."
 
         def begin() -> None:
-            self._leave("a new project is started", partial(self._begin, then))
+            self._leave("a new project is started", partial(self.opening.begin, then))
 
         answers = ("&Add to it", ACCEPT, then), ("&New project", ACCEPT, begin)
         more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question

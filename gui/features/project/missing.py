@@ -56,13 +56,12 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception, problem: s
     project = context.recorder.present.name
     title = f"Missing Files of {project or entry.name}" if isinstance(error, MissingSource) else f"Open {entry.name}"
     text = f"{entry.name} cannot be opened. {problem or error_text(error)}"
-    ask(context.window, title, text, " ".join(remedies), answers, otherwise=partial(_show_list, context))
 
+    def show_others() -> None:
+        if not context.workspace.has_current:
+            context.panels.reveal("Frames")
 
-def _show_list(context: Context) -> None:
-    """Show where other frames can be opened, if none is."""
-    if not context.workspace.has_current:
-        context.panels.reveal("Frames")
+    ask(context.window, title, text, " ".join(remedies), answers, otherwise=show_others)
 
 
 def _nearest(path: Path) -> Path:
