@@ -210,6 +210,19 @@ class Hand:
         assert action.isEnabled(), f"{name} is off: {action.toolTip()}. The log:\n{self.window.log.text.toPlainText()}"
         action.trigger()
 
+    def record_playing(self, name: str, command: str) -> None:
+        """Record what is played next into a file of this name, by a command that older windows do not have."""
+        if command in commands(self.window):
+            with self.answering(self.folder / name):
+                self.do(command)
+
+    def open_played(self) -> None:
+        """Open the frame that was played live last; older windows, which play in a dialog, do so on request."""
+        if "play_recorded" not in commands(self.window):
+            dialog = self.dialog("Play live")
+            self.press("Freeze", dialog)
+            dialog.close()
+
     def tool(self, name: str) -> None:
         """Take a tool."""
         self.do(f"tool_{name}")

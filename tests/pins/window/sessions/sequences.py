@@ -136,7 +136,7 @@ def frames_of_a_recording(user: Hand) -> None:
 def play_a_recording_live(user: Hand) -> None:
     """A recording and a folder, each recorded to its end, where the last frame is opened."""
     for command, source in (("play_recording", write_aligned(user.folder, "ros1")), ("play_folder", walk(user.folder))):
-        with user.answering(user.folder / command):
-            user.do("play_recorded")
+        user.record_playing(command, "play_recorded")
         with user.answering(source):
             user.do(command)
+        user.open_played()
