@@ -119,7 +119,9 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
             raise InputError(f"{root} has {' and '.join(names)}: give the colour and the depth file that are meant.")
     rgb = _named_image(root, stated.rgb, stated.run) or _image_in(root, "rgb", COLOUR_SUFFIXES)
     named_depth, dataset = split_dataset(stated.depth or "")
-    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES)
+    hint = f" To use gt.png as depth, give {rgb.name} and it, with depth units {stated.gt_units_per_m}."
+    hint = hint if os.path.isfile(root / "gt.png") else ""
+    depth = _named_image(root, named_depth) or _image_in(root, "depth", DEPTH_FILE_SUFFIXES, hint)
     description, truth_dataset = (None, None) if stated.gt is None else split_dataset(stated.gt)
     truth = _ground_truth_in(root, description)
     options = replace(
@@ -247,12 +249,12 @@ def _recorded_colour_sha256(record: Path) -> str:
         return ""
 
 
-def _image_in(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path:
+def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") -> Path:
     if path := _found(root, stem, suffixes):
         return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
-    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.")
+    raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
