@@ -80,6 +80,23 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
     assert opened.workspace.current.selected == [2]
 
 
+def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
+    actions = opened.actions_
+    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
+    with qtbot.waitSignal(opened.loader.idle):
+        actions["extract"].trigger()
+        assert not actions["extract"].isEnabled()
+    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+    actions["run"].trigger()
+    assert not actions["extract"].isEnabled()
+    assert not actions["load_blocks"].isEnabled()
+    with qtbot.waitSignal(opened.runs.ended) as ended:
+        actions["cancel"].trigger()
+    assert "cancelled" in ended.args[0]
+    assert opened.workspace.current.completion() is None
+    assert [actions[name].isEnabled() for name in ("extract", "cancel", "run")] == [True, False, True]
+
+
 def test_the_preset_box_tells_what_was_changed_and_keeps_the_two_scopes_apart(opened):
     workspace, panel = opened.workspace, opened.feature(FilterPanel)
     presets = panel.presets.names
