@@ -225,7 +225,7 @@ class ParameterForm(QScrollArea):
         changed = value != current
         self._parameters = self._parameters.replace(**{name: value})
         self._show_row(name)
-        if changed and name in self._controlling:
+        if changed and (name in self._controlling or self._rows[name].isHidden()):
             self._show()
         if changed:
             self.changed.emit(self._parameters)
