@@ -87,7 +87,7 @@ class FilesForm(QWidget):
         self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
         self.png_units.setAccessibleName("Units of the PNG per metre")
         self.png_note, self.extrapolation_note, self.cloud_note = Message(lines=2), Message(), Message()
-        self.expected_error = _check(
+        self.expected_error = check(
             "Expected error as well (expected_error.*)",
             "The expected error of the filled pixels, in the same format and units as each file above. Over many "
             "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)",
@@ -106,8 +106,8 @@ class FilesForm(QWidget):
             "GLB is always in metres with y up, independent of the axes and unit below",
             "Format of the mesh",
         )
-        self.normals = _check("Normals", "Surface normal of every point; not available in XYZ")
-        self.drop_flying = _check(
+        self.normals = check("Normals", "Surface normal of every point; not available in XYZ")
+        self.drop_flying = check(
             "Remove flying points", "Leave out points between two surfaces; the depth files keep them"
         )
         self.axes, self.cloud_unit = combo(_AXES, name="Axes"), combo(_CLOUD_UNITS, name="Unit")
@@ -311,7 +311,8 @@ def _add_in_pairs(column: QBoxLayout, boxes: Sequence[QCheckBox]) -> None:
     column.addLayout(pairs)
 
 
-def _check(text: str, hint: str) -> QCheckBox:
+def check(text: str, hint: str) -> QCheckBox:
+    """Return a box to check, with a hint."""
     box = QCheckBox(text)
     box.setToolTip(hint)
     return box
