@@ -193,22 +193,18 @@ class ExportFeature(Panel):
     # what is offered
 
     def ask(self, of_all: bool = False, from_files: bool = False, only_report: bool = False) -> None:
-        """Open the dialog for the present frame or all, or to show the export in progress."""
+        """Open the dialog for the present frame or all, with the last choice of files, or to show the export in
+        progress."""
         self.widget.show()
         self.widget.raise_()
         self.widget.activateWindow()
         if self.busy:
             return
-        self.refresh(self.parts)
-        self.prepare(Scope.ALL if of_all else Scope.THIS, from_files, only_report)
-
-    def prepare(self, scope: Scope, from_files: bool, only_report: bool) -> None:
-        """Offer a new export, with the last choice of files."""
         with QSignalBlocker(self.scope), QSignalBlocker(self.source):
-            self.scope.setCurrentIndex(self.scope.findData(scope))
+            self.scope.setCurrentIndex(self.scope.findData(Scope.ALL if of_all else Scope.THIS))
             self.source.setCurrentIndex(self.source.findData(from_files))
         self.folder_path.setText("")
-        self._turn()
+        self.refresh(self.parts)
         self.files.restore(None if self._run is None else self._run.frame.inputs)
         self.report.setChecked(only_report)
         if only_report:

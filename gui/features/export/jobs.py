@@ -23,7 +23,7 @@ from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.evaluation import Progress, scaled_progress
 from ilf.evaluation.hold_out import HoldOutTest
-from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
+from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, Read, in_folders, run_and_completion
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
 from ilf.report.report import report_steps, write_report
@@ -124,16 +124,15 @@ def settings_of(parameters: DocumentParameters, options: ExportOptions) -> Batch
 
 def frames_to_export(entries: Sequence[Entry], store: WorkStore, parameters: DocumentParameters) -> list[FrameToExport]:
     """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread, from `store`."""
-    folders = folder_names([(entry.name, entry.id) for entry in entries])
     make_run = settings_of(parameters, ExportOptions()).run_of
 
-    def reader(entry: Entry) -> Callable[[], tuple[Run, Completion | None]]:
+    def reader(entry: Entry) -> Read:
         read = _state_reader(entry, store, parameters.for_all)
         if read is None or (entry.document is not None and not entry.document.counts()):
             return partial(_of_files, entry, store, make_run)
         return lambda: run_and_completion(read().state)
 
-    return [FrameToExport(entry.name, folder, reader(entry)) for entry, folder in zip(entries, folders, strict=True)]
+    return in_folders((entry.name, entry.id, reader(entry)) for entry in entries)
 
 
 def _state_reader(entry: Entry, store: WorkStore, for_all: Parameters | None) -> Callable[[], Decoded] | None:

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QApplication
 import ilf
 from gui.features.export import feature
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import Scope
 from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
@@ -42,8 +41,7 @@ def make(context, tmp_path, small_frame, small_labels, monkeypatch):
         monkeypatch.setattr(feature, "present_frame", lambda document: (run, completion if has_result else None))
         monkeypatch.setattr(feature, "behind", lambda document: behind)
         dialog = ExportFeature(context)
-        dialog.refresh(dialog.parts)
-        dialog.prepare(Scope.THIS, False, False)
+        dialog.ask()
         dialog.folder_path.setText(str(tmp_path))
         return dialog
 
@@ -56,7 +54,7 @@ def accept(dialog: ExportFeature) -> None:
 
 def test_choices_are_remembered_when_exported_only(make):
     dialog = make()
-    dialog.files.depth_tiff.setChecked(True)
+    dialog.files.depths["tiff"].setChecked(True)
     dialog.files.cloud_format.setCurrentText("PCD")
     dialog.files.png_units.setEditText("5000")
     chosen = dialog.files.options()
