@@ -34,7 +34,6 @@ from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
 from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
 from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
 
 from ...base import theme
 from ...state.entries import Entry
@@ -131,14 +130,6 @@ class ExportFeature(Panel):
         self.message, self.warning = Message(lines=2), Message()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
-        # of this role it is at the left: the other buttons keep their places when it comes
-        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ResetRole)
-        self.show_button.setToolTip(
-            "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
-            "row above to open its run, with its blocks"
-        )
-        documents = self.context.feature(DocumentsFeature)
-        self.show_button.clicked.connect(lambda: documents.open_source(FrameRef(str(self._folder()))))
         self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
         buttons.accepted.connect(lambda: self.begin_export(self.request()))
         buttons.rejected.connect(dialog.reject)
@@ -318,15 +309,12 @@ class ExportFeature(Panel):
     def _allow(self) -> None:
         for part in (self._form, self.files, self.report_page, self.batch_page, self.export_button):
             part.setEnabled(not self.busy)
-        self.show_button.setVisible(not self.busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
 
     def _folder(self) -> Path:
         return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))
 
     def _browse(self) -> None:
-        folder = self._folder()
-        start = next((place for place in (folder, *folder.parents) if place.is_dir()), folder)
-        if path := QFileDialog.getExistingDirectory(self.widget, "Choose target folder", str(start)):
+        if path := QFileDialog.getExistingDirectory(self.widget, "Choose target folder", str(self._folder())):
             self.folder_path.setText(path)
 
     # the export
