@@ -1,6 +1,5 @@
 """A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
 
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt

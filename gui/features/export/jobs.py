@@ -21,7 +21,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
-from ilf.evaluation.evaluation import Progress, scaled_progress
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.hold_out import HoldOutTest
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, Read, in_folders, run_and_completion
 from ilf.project.recorded_frames import recorded_run
@@ -39,7 +39,7 @@ from ...state.document import Document
 from ...state.entries import Entry
 from ...state.parameters import DocumentParameters
 from ...work.jobs import spare_cores
-from .pdf import pdf_steps
+from .pdf import pdf_of
 
 Step = ExportedFrame | Progress
 
@@ -205,9 +205,6 @@ def _figures(outcome: FrameOutcome) -> str:
 
 # A page on frames.
 
-_OF_CONTENT = 0.8
-"""Share of the work done before the pages are written."""
-
 
 def subjects_of(
     entries: Sequence[Entry], store: WorkStore, for_all: Parameters | None
@@ -241,11 +238,11 @@ def report_file_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    steps = report_steps((read() for read in subjects), len(subjects), hidden=hidden, threads=spare_cores())
-    report = yield from scaled_progress(steps, 0.0, _OF_CONTENT)
+    read = (subject() for subject in subjects)
+    report = yield from report_steps(read, len(subjects), hidden=hidden, threads=spare_cores())
+    yield Progress(1.0, "writing")
     ensure_folder(path.parent)
     if path.suffix.lower() == ".pdf":
-        write_bytes(path, (yield from scaled_progress(pdf_steps(report), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")))
+        write_bytes(path, pdf_of(report))
     else:
-        yield Progress(_OF_CONTENT, "writing")
         write_report(path, report)
