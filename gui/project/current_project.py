@@ -124,7 +124,7 @@ class CurrentProject:
 
     def _settings(self) -> ProjectSettings:
         parameters, frames = self._workspace.parameters, tuple(entry.id for entry in self._workspace.entries)
-        shared = parameters.shared.values if parameters.shared.on else None
+        shared = parameters.for_all
         return ProjectSettings(frames, shared, parameters.extraction, parameters.keeps_handmade)
 
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
