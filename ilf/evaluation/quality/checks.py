@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
+from ...data.label_map import Box
 from ...data.pixel_grids import (
     Pairs,
     connected_regions,
@@ -23,7 +24,7 @@ from ...data.pixel_grids import (
     sides,
 )
 from ...segmentation.edges.relief import JUMP_LENGTH
-from .places import CheckInput, Group, Place, largest_groups, number_groups
+from .places import CheckInput, Place, largest_groups, number_groups, point_in
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
 
@@ -57,10 +58,15 @@ def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) ->
     numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
         return
-    for group in largest_groups(numbers, _harm(inputs, numbers, step), inputs.labels):
-        seen = jumps[group.rows, group.columns]
-        kind = "jump" if np.count_nonzero(seen) * 2 > seen.size else "surfaces"
-        yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(inputs, group, kind, step))
+    for box, inside, harm in largest_groups(numbers, _harm(inputs, numbers, step)):
+        label, seen = int(inputs.labels[box][inside][0]), jumps[box][inside]
+        if np.count_nonzero(seen) * 2 > seen.size:
+            height = float(np.median(step[box][inside]))
+            kind, reason = "jump", f"Depth jumps by {height:.2f} m inside Block {label}."
+        else:
+            near, far = _beside(inputs, label, box, inside)
+            kind, reason = "surfaces", f"Block {label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
+        yield Place(kind, box, (label,), point_in(box, inside), harm, reason)
 
 
 def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -131,22 +137,18 @@ def _inside(inputs: CheckInput) -> Pairs:
     return ~right & (inputs.labels[:, 1:] > 0), ~below & (inputs.labels[1:] > 0)
 
 
-def _step_reason(inputs: CheckInput, group: Group, kind: str, step: NDArray[np.float64]) -> str:
-    if kind == "jump":
-        height = float(np.median(step[group.rows, group.columns]))
-        return f"Depth jumps by {height:.2f} m inside Block {group.label}."
-    near, far = _beside(inputs, group)
-    return f"Block {group.label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
-
-
-def _beside(inputs: CheckInput, group: Group) -> tuple[float, float]:
-    """Depth [m] of the nearer and of the farther surface along a jump in missing depth."""
+def _beside(inputs: CheckInput, label: int, box: Box, inside: NDArray[np.bool_]) -> tuple[float, float]:
+    """Depth [m] of the nearer and of the farther surface along a jump of a block in missing depth."""
     height, width = inputs.labels.shape
+    top, left = np.nonzero(inside)
     corners = []
     for down, right in ((0, 0), (0, 1), (1, 0)):
-        rows, columns = np.minimum(group.rows + down, height - 1), np.minimum(group.columns + right, width - 1)
+        rows, columns = (
+            np.minimum(top + box[0].start + down, height - 1),
+            np.minimum(left + box[1].start + right, width - 1),
+        )
         depth = inputs.depth.ravel()[inputs.source[rows, columns]]
-        corners.append(np.where(inputs.labels[rows, columns] == group.label, depth, np.nan))
+        corners.append(np.where(inputs.labels[rows, columns] == label, depth, np.nan))
     return float(np.median(np.nanmin(corners, axis=0))), float(np.median(np.nanmax(corners, axis=0)))
 
 
@@ -169,14 +171,14 @@ def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iter
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
     numbers = connected_regions(pair, diagonal=True)
     totals = np.bincount(numbers.ravel(), harm.ravel(), minlength=int(numbers.max()) + 1)
-    for group in largest_groups(numbers, totals, one):
-        beyond = int(other[group.rows[0], group.columns[0]])
-        difference = float(np.median(apart_by[group.rows, group.columns]))
+    for box, inside, score in largest_groups(numbers, totals):
+        label, beyond = int(one[box][inside][0]), int(other[box][inside][0])
+        difference = float(np.median(apart_by[box][inside]))
         reason = (
-            f"Block {group.label} and Block {beyond} are {difference:.2f} m apart, but there is no edge of colour or "
-            "depth at their border."
+            f"Block {label} and Block {beyond} are {difference:.2f} m apart, but there is no edge of colour or depth "
+            "at their border."
         )
-        yield Place("border", group.box, (group.label, beyond), group.point, group.harm, reason)
+        yield Place("border", box, (label, beyond), point_in(box, inside), score, reason)
 
 
 def _stretches(
@@ -258,11 +260,11 @@ def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[
         kind = "sliver" if width[number] <= _THIN else "island"
         label, other = int(labels[number]), int(main_beyond[number])
         down, along = boxes[number - 1]
-        box = down, along
-        group = Group.of(label, box, parts[box] == number, float(harm[number]))
-        reason = _island_reason(kind, label, group.rows.size, other, bool(stray[number]))
+        point = point_in((down, along), parts[down, along] == number)
+        reason = _island_reason(kind, label, int(pixels[number]), other, bool(stray[number]))
         # for a hole, the block around it is selected
-        yield Place(kind, box, tuple(one for one in (label, other) if one), group.point, group.harm, reason)
+        shown = tuple(one for one in (label, other) if one)
+        yield Place(kind, (down, along), shown, point, float(harm[number]), reason)
 
 
 def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) -> str:
@@ -334,7 +336,7 @@ def find_high_errors(inputs: CheckInput, error: NDArray[np.float32]) -> Iterator
     high = inputs.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * inputs.depth))
     numbers = number_groups(high, inputs.labels)
     totals = np.bincount(numbers[high], error[high], minlength=int(numbers.max()) + 1)
-    for group in largest_groups(numbers, _BLOCK_SHARE_OF_ERROR * totals, inputs.labels):
-        typical = float(np.median(error[group.rows, group.columns]))
-        reason = f"Expected error {1000 * typical:.0f} mm over {group.rows.size:,} px of Block {group.label}."
-        yield Place("error", group.box, (group.label,), group.point, group.harm, reason)
+    for box, inside, harm in largest_groups(numbers, _BLOCK_SHARE_OF_ERROR * totals):
+        label, there = int(inputs.labels[box][inside][0]), error[box][inside]
+        reason = f"Expected error {1000 * float(np.median(there)):.0f} mm over {there.size:,} px of Block {label}."
+        yield Place("error", box, (label,), point_in(box, inside), harm, reason)

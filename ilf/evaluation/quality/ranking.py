@@ -13,7 +13,7 @@ from ..._runtime.cancellation import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_labels, find_blocks
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
-from .places import Group, Place, make_check_input
+from .places import Place, make_check_input, point_in
 
 MIN_SCORE = 1.0
 """Minimum score of a place to check: ten pixels with an error of ten centimetres."""
@@ -119,6 +119,6 @@ def propagated_places(labels: NDArray[np.int32], reasons: Mapping[int, str]) -> 
         reason = reasons[block.label]
         why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
         text = f"Block {block.label} was propagated: {why}"
-        group = Group.of(block.label, block.box, block.mask, math.inf)
-        places.append(Place("propagated", block.box, (block.label,), group.point, group.harm, text))
+        point = point_in(block.box, block.mask)
+        places.append(Place("propagated", block.box, (block.label,), point, math.inf, text))
     return places
