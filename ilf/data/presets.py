@@ -97,21 +97,22 @@ class UserPreset:
         return {} if self.extraction is None else self.extraction.differences_from(BlockParameters())
 
 
-def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
-    """Return the parameters of the filter of a preset, with any of them changed.
+def preset(name: Parameters | str | os.PathLike[str] | None = DEFAULT_PRESET, **changes: object) -> Parameters:
+    """Return the parameters of the filter of a preset, or given ones, with any of them changed.
 
     Parameters
     ----------
-    name : str or path-like
+    name : str, path-like, Parameters or None
         "best" (edge-aware filter), "paper" (staged schedule, stop when steady), "released-code" (linear schedule,
-        always 1500 iterations), one of your own by name, or its file.
+        always 1500 iterations), one of your own by name, or its file; None for the default.
     **changes
         Any parameter by name.
 
     Raises
     ------
     ParameterError
-        For an unknown preset or parameter, a value out of range, or a parameter that has no effect with the others.
+        For an unknown preset or parameter, a value out of range, a parameter that has no effect with the others, or an
+        object of another type.
     FormatError
         If the preset's file is damaged, or no preset.
 
@@ -125,39 +126,14 @@ def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes
     Traceback (most recent call last):
     ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
     """
-    if isinstance(name, Parameters):
-        return name.changed(**changes)
-    return find_preset(name).parameters.changed(**changes)
-
-
-def as_parameters(given: Parameters | str | os.PathLike[str] | None, /, **changes: object) -> Parameters:
-    """Return filter parameters given as an object or as in `preset`, with any of them changed by keyword.
-
-    Parameters
-    ----------
-    given : Parameters, str, path-like or None
-        None means the default preset.
-    **changes
-        Any parameter by name.
-
-    Raises
-    ------
-    ParameterError, FormatError
-        As for `preset`, and for an object of another type.
-
-    Examples
-    --------
-    >>> as_parameters("paper") == preset("paper")
-    True
-    >>> as_parameters(Parameters(trend=False), noise=0.01).noise
-    0.01
-    """
-    if not isinstance(given, Parameters | str | os.PathLike | None):
+    if not isinstance(name, Parameters | str | os.PathLike | None):
         raise ParameterError(
             f"Parameters must be ilf.Parameters, or a preset by name ({', '.join(PRESETS)}, your own) or file, not "
-            f"{given!r:.60}."
+            f"{name!r:.60}."
         )
-    return preset(DEFAULT_PRESET if given is None else given, **changes)
+    if isinstance(name, Parameters):
+        return name.changed(**changes)
+    return find_preset(DEFAULT_PRESET if name is None else name).parameters.changed(**changes)
 
 
 def chosen_parameters(
@@ -173,7 +149,7 @@ def chosen_parameters(
     Parameters
     ----------
     given : Parameters, str, path-like or None
-        As in `as_parameters`.
+        As in `preset`.
     extraction : BlockParameters, optional
     changes : mapping
         Name -> value of any parameter of either.
@@ -188,12 +164,12 @@ def chosen_parameters(
     Raises
     ------
     ParameterError, FormatError
-        As for `as_parameters` and `as_block_parameters`.
+        As for `preset` and `as_block_parameters`.
     """
     of_filter, of_blocks = split_parameters(changes, *others)
     if extraction is None and isinstance(given, str | os.PathLike):
         extraction = find_preset(given).extraction
-    return as_parameters(given, **of_filter), as_block_parameters(extraction, **of_blocks), of_blocks
+    return preset(given, **of_filter), as_block_parameters(extraction, **of_blocks), of_blocks
 
 
 def read_preset(path: str | os.PathLike[str]) -> UserPreset:
