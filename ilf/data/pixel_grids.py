@@ -270,6 +270,20 @@ def long_lines(pairs: Pairs, length: int) -> Pairs:
     return pairs[0] & long[:, :-1], pairs[1] & long[:-1]
 
 
+def piece_sizes(mask: NDArray[np.bool_], links: Pairs) -> NDArray[np.int32]:
+    """Return the number of pixels of the piece that each pixel of a mask belongs to, int32 (H, W); 0 elsewhere. Pairs
+    of linked pixels are in one piece."""
+    height, width = mask.shape
+    # a grid of pixels with their links in between: its connected components are the pieces
+    grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
+    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = mask, *links
+    _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)
+    pieces = np.ascontiguousarray(labels[::2, ::2])
+    sizes = np.bincount(pieces.reshape(-1)).astype(np.int32)
+    sizes[0] = 0
+    return np.asarray(sizes[pieces])
+
+
 def spread(values: NDArray[Scalar], waiting: NDArray[np.bool_], passages: Pairs, rounds: int) -> NDArray[Scalar]:
     """Give pixels the value of the nearest pixel that has one, going from neighbour to neighbour.
 
