@@ -60,15 +60,8 @@ class UserPreset:
     name : str
     parameters : Parameters
         Parameters of the filter.
-    base : str
-        The built-in preset that the file refers to: it contains the differences from it.
     extraction : BlockParameters, optional
         Parameters of the extraction; None if the preset does not set them.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such base.
 
     Examples
     --------
@@ -79,12 +72,12 @@ class UserPreset:
 
     name: str
     parameters: Parameters
-    base: str = DEFAULT_PRESET
     extraction: BlockParameters | None = None
 
-    def __post_init__(self) -> None:
-        if self.base not in PRESETS:
-            raise ParameterError(f"There is no preset {self.base!r}. Known: {', '.join(PRESETS)}.")
+    @property
+    def base(self) -> str:
+        """The nearest built-in preset; its file contains the differences from it."""
+        return nearest_preset(self.parameters).preset
 
     @property
     def changes(self) -> dict[str, Value]:
@@ -208,7 +201,7 @@ def read_preset(path: str | os.PathLike[str]) -> UserPreset:
         extraction = None if own is None else BlockParameters().replace(**own)
         parameters = PRESETS[base].replace(**stated.get("parameters", dict[str, Any]))
         name = stated.get("name", Annotated[str, msgspec.Meta(min_length=1)])
-        return UserPreset(name, parameters, base, extraction)
+        return UserPreset(name, parameters, extraction)
 
 
 def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
@@ -275,7 +268,7 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     """
     check_kind(name, PathKind, "A preset is given by name or file", "`ilf info --presets` lists them.")
     if name in PRESETS:
-        return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+        return UserPreset(name, PRESETS[name], None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name) if isinstance(name, str) else None
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)
@@ -326,16 +319,15 @@ def save_preset(
     3.0
     """
     check_kind(parameters, Parameters, "A preset is saved from parameters", 'give ilf.save_preset("soft", parameters).')
-    base = nearest_preset(parameters).preset
     if isinstance(name, os.PathLike) or name.endswith(PRESET_SUFFIX):
         path = Path(name)
         if path.exists() and not replace:
             raise InputError(f"{path} exists already. Choose another name, or replace it.")
-        write_preset(path, UserPreset(path.stem, parameters, base, extraction))
+        write_preset(path, UserPreset(path.stem, parameters, extraction))
         return path
     path = (_existing(name) if replace else None) or _free_path(name)
     ensure_folder(path.parent)
-    write_preset(path, UserPreset(name, parameters, base, extraction))
+    write_preset(path, UserPreset(name, parameters, extraction))
     return path
 
 
@@ -369,25 +361,6 @@ def delete_preset(name: str) -> Path:
     with told_as(ExportError, f"{path} cannot be deleted: {{error}}. Check the folder's permissions.", OSError):
         path.unlink()
     return path
-
-
-def import_preset(path: str | os.PathLike[str], *, replace: bool = False) -> UserPreset:
-    """Copy a preset's file to the presets folder.
-
-    Parameters
-    ----------
-    path : path-like
-    replace : bool
-        Whether it may replace one of the same name.
-
-    Raises
-    ------
-    InputError, FormatError, ExportError
-        As for `read_preset` and `save_preset`.
-    """
-    preset = read_preset(path)
-    save_preset(preset.name, preset.parameters, preset.extraction, replace=replace)
-    return preset
 
 
 def _user_preset(name: str) -> Path:
