@@ -15,7 +15,7 @@ from ...data.pixel_grids import connected_regions, mark, rim
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import find_edges, relief_of
 from ..extraction import contract, extract, found_blocks
-from .motion import Field, Labels, Mask, Parts, Sources, reach_of, ridge
+from .motion import BlockParts, Field, Labels, Mask, Sources, reach_of, ridge
 
 # Naming blocks of another extraction by overlap.
 
@@ -82,7 +82,7 @@ _MIN_PIECE_SHARE = 0.25
 
 
 def refine(
-    parts: Parts,
+    parts: BlockParts,
     sources: Sources,
     after: RGBDFrame,
     chosen: BlockParameters,
@@ -96,7 +96,7 @@ def refine(
 
     Parameters
     ----------
-    parts : Parts
+    parts : BlockParts
         Parts of the frame before.
     sources : Sources
     after : RGBDFrame
@@ -138,14 +138,16 @@ def refine(
 
 
 def extract_again(
-    parts: Parts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
+    parts: BlockParts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
 ) -> Labels:
     """Extract blocks of the new frame, and name them by overlap with the propagated ones."""
     propagated = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
     return named_by_overlap(found_blocks(after, chosen).labels, propagated, {*parts.label.tolist(), *taken})
 
 
-def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, seen: Mask, smallest: float) -> Labels:
+def _newly_visible(
+    fine: Labels, parts: BlockParts, propagated: Labels, sure: Mask, seen: Mask, smallest: float
+) -> Labels:
     """Newly visible surfaces of the new frame, 1, 2, ...: hardly any of their pixels are reliably propagated.
 
     Surfaces that enter at the image rim are at first too small for a block, and belong to none until they are large
