@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,8 +13,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.segmentation.extraction import found_blocks
-from ilf.segmentation.reextraction import with_gaps_filled
+from ilf.run.block_choice import gaps_filled
 
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder
@@ -27,11 +25,7 @@ from .file_dialogs import PreviewDialog
 def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> Blocks:
     """Read the blocks of a file or folder; with `filling`, an extraction with these parameters fills their gaps."""
     blocks = read_blocks(path, frame.shape, image=colour_file(frame))
-    if filling is None:
-        return blocks
-    found = found_blocks(frame, filling)
-    labels = with_gaps_filled(blocks.labels, found.labels, filling)
-    return replace(blocks, labels=labels, notes=blocks.notes + found.notes)
+    return blocks if filling is None else gaps_filled(blocks, frame, filling)
 
 
 def colour_file(frame: RGBDFrame) -> str | None:
