@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
@@ -15,8 +16,10 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
+from ...state.document import Document
 from ...widgets.basics import Message, group, literal_text, row_list, stack
 from ...work.frame_runs import RunController
+from ...work.steps import Steps, in_steps
 
 _ID = Qt.ItemDataRole.UserRole
 
@@ -36,7 +39,7 @@ class CloseDialog(QDialog):
         Other work that would be lost, as sentences.
     runs : RunController
     save : callable
-        Saves only the work on frames of some ids, then calls a function with whether it was saved.
+        Returns the steps that save only the work on frames of some ids, and return whether it was saved.
     parent : QWidget
     """
 
@@ -46,15 +49,11 @@ class CloseDialog(QDialog):
         rows: Mapping[str, tuple[str, str]],
         others: Sequence[str],
         runs: RunController,
-        save: Callable[[frozenset[str], Callable[[bool], None]], None],
+        save: Callable[[frozenset[str]], Steps[bool]],
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
-        self._running = [document for document in runs.running if document.id in rows]
         self._runs, self._save = runs, save
-        self._waits = False
-        runs.state_changed.connect(self._look)
-        self.finished.connect(lambda: runs.state_changed.disconnect(self._look))
         self.setWindowTitle("Save the work?" if rows else "Stop the work?")
         self.setModal(True)
         self._rows = rows
@@ -81,7 +80,7 @@ class CloseDialog(QDialog):
         if rows:
             buttons.addButton(self.save_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.DestructiveRole)
-        self.save_button.clicked.connect(self._begin)
+        self.save_button.clicked.connect(self._save_ticked)
         self.discard_button.clicked.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
@@ -92,7 +91,7 @@ class CloseDialog(QDialog):
         self.stop.setChecked(True)
         parts = about, self.frames, box, self.also, self.progress
         stack(self, *parts, buttons, stretched=self.frames if rows else None)
-        for part, is_shown in zip(parts, (True, rows, self._running, others, False), strict=True):
+        for part, is_shown in zip(parts, (True, rows, self._running(rows), others, False), strict=True):
             part.setVisible(bool(is_shown))
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
@@ -113,35 +112,34 @@ class CloseDialog(QDialog):
         for widget in (self.frames, self.wait, self.stop, self.save_button, self.discard_button):
             widget.setEnabled(False)
 
-    def _begin(self) -> None:
-        """Save the ticked frames when their runs have ended, or are stopped."""
-        self._running = [document for document in self._running if document.id in self.ticked()]
-        if not self.wait.isChecked():
-            for document in self._running:
-                self._runs.of(document).cancel()
-        self._waits = True
-        self._look()
+    def ask(self, take: Callable[[bool], object]) -> None:
+        """Open the dialog, and call a function with whether to go on."""
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.finished.connect(lambda result: take(result == QDialog.DialogCode.Accepted))
+        self.open()
 
-    def _look(self) -> None:
-        """Save as soon as no run is in progress."""
-        if not self._waits:
-            return
-        if running := [document for document in self._running if document in self._runs.running]:
+    def _running(self, frames: Collection[str]) -> list[Document]:
+        return [document for document in self._runs.running if document.id in frames]
+
+    @in_steps
+    def _save_ticked(self) -> Steps[None]:
+        """Save the ticked frames when their runs have ended, or are stopped, unless it is cancelled meanwhile."""
+        ticked = self.ticked()
+        if not self.wait.isChecked():
+            for document in self._running(ticked):
+                self._runs.of(document).cancel()
+        while running := self._running(ticked):
             done = sum(self._runs.of(document).share_done for document in running) / len(running)
             names = running[0].name if len(running) == 1 else f"{len(running)} frames"
             self._show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
-        else:
-            QTimer.singleShot(0, self, self._save_ticked)  # results of ended runs are stored by then
-
-    def _save_ticked(self) -> None:
-        if self._waits and not any(document in self._runs.running for document in self._running):
-            self._waits = False  # else an extrapolation follows the run
-            self._show_progress("Saving…")
-            self._save(self.ticked(), self._take_saved)
-
-    def _take_saved(self, done: bool) -> None:
-        if isValid(self) and self.isVisible():  # not cancelled meanwhile
-            (self.accept if done else self.reject)()
+            yield lambda go: self._runs.state_changed.connect(go, Qt.ConnectionType.SingleShotConnection)
+            yield partial(QTimer.singleShot, 0)  # results are stored by then, or an extrapolation follows
+            if not (isValid(self) and self.isVisible()):
+                return
+        self._show_progress("Saving…")
+        saved = yield from self._save(ticked)
+        if isValid(self) and self.isVisible():
+            (self.accept if saved else self.reject)()
 
     def _fill(self) -> None:
         for frame, (name, work) in self._rows.items():
