@@ -13,6 +13,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
+from ilf._runtime.formatting import covered
 from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
@@ -24,6 +25,7 @@ from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
+from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import NotAllowed, note_opened
@@ -35,7 +37,6 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..widgets.notes import Notes
 from ..widgets.notices import ACCEPT, ask, error_text
-from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from ..work.latest_request import Job, JobQueue
 from ..work.steps import Steps, in_steps
 from .store import WorkStore
@@ -268,7 +269,7 @@ class FrameLoader(QObject):
 
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        self._ask_extraction(document, find, partial(self._take_extraction, document))
+        self._ask_extraction(document, extract, self._take_extraction)
 
     def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
@@ -288,20 +289,21 @@ class FrameLoader(QObject):
                 self._workspace.unload(document, stored=False)
             return document in self._workspace.open and not document.blocks.propagated_from
 
-        self._ask_extraction(document, _extract_first, partial(self._take_first, document), wanted)
+        self._ask_extraction(document, _extract_first, self._take_first, wanted)
 
     def _ask_extraction(
         self,
         document: Document,
-        extract: Callable[[RGBDFrame, BlockParameters], FoundBlocks],
-        take: Callable[[FoundBlocks], None],
+        extract: Callable[[RGBDFrame, BlockParameters], Extraction],
+        take: Callable[[Document, Extraction, BlockParameters], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, documents = f"Extracting blocks of {document.name}", self._workspace.open
+        parameters = self._workspace.parameters.extraction
         self._extracting.add(
             Job(
-                partial(extract, document.frame, self._workspace.parameters.extraction),
-                lambda found: take(found) if document in documents else None,
+                partial(extract, document.frame, parameters),
+                lambda found: take(document, found, parameters) if document in documents else None,
                 partial(self._notes.report, what),
                 what=what,
                 still_wanted=lambda: document in documents and wanted(),
@@ -313,25 +315,26 @@ class FrameLoader(QObject):
         """Cancel extractions of closed frames."""
         self._extracting.cancel_if(lambda document: document not in self._workspace.open)
 
-    def _take_first(self, document: Document, found: FoundBlocks) -> None:
+    def _take_first(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
         if document.blocks.propagated_from:
             return
         if document.undo_stack.count() or document.counts():
-            document.set_extracted(found.extraction, found.parameters, self._workspace.parameters.keeps_handmade)
+            document.set_extracted(found, parameters, self._workspace.parameters.keeps_handmade)
         else:
-            document.set_first(found.extraction, found.parameters)
+            document.set_first(found, parameters)
         beside = described_beside(document.origin) if isinstance(document.origin, FrameRef) else ""
-        self._report_blocks(document, beside, *document.frame.notes, *found.extraction.notes)
+        self._report_blocks(document, beside, *document.frame.notes, *found.notes)
 
-    def _take_extraction(self, document: Document, found: FoundBlocks) -> None:
+    def _take_extraction(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of an extraction with the workspace's parameters."""
         keeps_handmade = self._workspace.parameters.keeps_handmade
-        kept = document.set_extracted(found.extraction, found.parameters, keeps_handmade)
-        self._report_blocks(document, _describe_kept(*kept), *found.extraction.notes)
+        kept = document.set_extracted(found, parameters, keeps_handmade)
+        self._report_blocks(document, _describe_kept(*kept), *found.notes)
 
     def _report_blocks(self, document: Document, *notes: str) -> None:
-        text = f"{document.name}: {describe_blocks(len(document.counts()), document.labels)}."
+        share = float((document.labels > 0).mean())
+        text = f"{document.name}: {covered(len(document.counts()), share)}."
         self._notes.show_message(" ".join(filter(None, (text, *notes))))
 
 
@@ -373,7 +376,7 @@ def _open(source: FrameRef, parameters: BlockParameters, places: Places | None =
     return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
 
 
-def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
-    found = find(frame, parameters)
+def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Extraction:
+    found = extract(frame, parameters)
     edges_for(frame, preset(), parameters)  # in advance, so that the first slider move is fast
     return found

@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QFileDialog, QLineEdit
 from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
-from gui.work.found_blocks import find
 from ilf.project.project import Stage
+from ilf.segmentation.extraction import extract
 
 from ..gui.states import edit
 from .conftest import activate, answer, loaded, reading, write_frame
@@ -106,9 +106,9 @@ def test_frames_that_are_passed_by_are_not_extracted_before_they_are_shown_again
 
     def slow(*given):
         go_on.wait(10)
-        return find(*given)
+        return extract(*given)
 
-    monkeypatch.setattr("gui.project.loading.find", slow)
+    monkeypatch.setattr("gui.project.loading.extract", slow)
     with reading(listed, qtbot):
         for row in (1, 3, 4):
             frames.open(entries[row])

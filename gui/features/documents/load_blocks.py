@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from ilf._runtime.formatting import covered
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -19,7 +20,6 @@ from ilf.segmentation.reextraction import with_gaps_filled
 
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder
-from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from .file_dialogs import PreviewDialog
 
@@ -87,7 +87,7 @@ class LoadBlocksDialog(PreviewDialog[Blocks]):
         self.preview.show_rgb(block_overlay(self._frame.rgb, found.labels))
         count = int(np.count_nonzero(np.bincount(found.labels.ravel())[1:]))
         named = f", {len(found.names)} of them named" if found.names else ""
-        text = f"{describe_blocks(count, found.labels)}{named}."
+        text = f"{covered(count, float((found.labels > 0).mean()))}{named}."
         self.message.show_message("\n".join([text, *found.notes]), "warning" if found.notes else "good")
 
     def browse(self) -> None:
