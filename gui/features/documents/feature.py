@@ -131,7 +131,7 @@ class DocumentsFeature(Feature):
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
-        open_once(dialog, lambda: self._take_blocks(dialog.found()))
+        open_once(dialog, lambda: self._take_blocks(dialog.seen.found))
 
     def _take_blocks(self, blocks: Blocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
