@@ -7,17 +7,17 @@ from functools import partial
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
+    QCheckBox,
     QDialog,
     QDialogButtonBox,
     QPushButton,
-    QRadioButton,
     QTreeWidgetItem,
     QWidget,
 )
 from shiboken6 import isValid
 
 from ...state.document import Document
-from ...widgets.basics import Message, group, literal_text, row_list, stack
+from ...widgets.basics import Message, literal_text, row_list, stack
 from ...work.frame_runs import RunController
 from ...work.steps import Steps, in_steps
 
@@ -65,10 +65,10 @@ class CloseDialog(QDialog):
             ["Frame", "Unsaved work"],
             stretched=0,
         )
-        self.wait = QRadioButton("&Wait until the runs have ended")
-        self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
-        self.stop = QRadioButton("S&top the runs and keep the completed blocks")
-        self.stop.setToolTip("Save the blocks that are completed so far; the remaining blocks are not run")
+        self.wait = QCheckBox("&Wait until the runs in progress have ended")
+        self.wait.setToolTip(
+            "Complete the runs and save their results; otherwise they are stopped, and only completed blocks are saved"
+        )
         self.also = Message()
         self.progress = Message()
         self.save_button = QPushButton("&Save")
@@ -85,11 +85,7 @@ class CloseDialog(QDialog):
         buttons.rejected.connect(self.reject)
 
         self.also.show_message("\n".join(others), "warning")
-        box, column = group("Runs in progress")
-        for button in (self.stop, self.wait):
-            column.addWidget(button)
-        self.stop.setChecked(True)
-        parts = about, self.frames, box, self.also, self.progress
+        parts = about, self.frames, self.wait, self.also, self.progress
         stack(self, *parts, buttons, stretched=self.frames if rows else None)
         for part, is_shown in zip(parts, (True, rows, self._running(rows), others, False), strict=True):
             part.setVisible(bool(is_shown))
@@ -109,7 +105,7 @@ class CloseDialog(QDialog):
         """Show the progress and disable the choices; only *Cancel* stays enabled."""
         self.progress.show()
         self.progress.show_message(text)
-        for widget in (self.frames, self.wait, self.stop, self.save_button, self.discard_button):
+        for widget in (self.frames, self.wait, self.save_button, self.discard_button):
             widget.setEnabled(False)
 
     def ask(self, take: Callable[[bool], object]) -> None:
