@@ -13,7 +13,7 @@ from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
-from .archive import Archive, Part, Parts, write_archive
+from .archive import Archive, Parts, StoredPart, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
@@ -165,7 +165,7 @@ def save_project(
     saving = _Saving(Path(path).absolute(), project, base, places or Places(), embed)
     names = saving.collect(states)
 
-    def parts() -> Iterator[Part]:
+    def parts() -> Iterator[StoredPart]:
         for done, name in enumerate(names):
             if on_part is not None:
                 on_part(done, len(names))
@@ -215,14 +215,14 @@ class _Saving:
         self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
-    def part(self, name: str) -> Part | None:
+    def part(self, name: str) -> StoredPart | None:
         """Return a part to write, as it is stored, damaged or not; None if no store has it."""
         if name in self._made:
-            return Part(name, self._made[name])
-        damaged: Part | None = None
+            return StoredPart(name, self._made[name])
+        damaged: StoredPart | None = None
         for parts in self._stored.get(name, ()):
             try:
-                part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
+                part = parts.read_raw(name) if isinstance(parts, Archive) else StoredPart(name, parts.read(name))
             except FormatError as error:
                 self.notes.append(f"{error} It is not saved.")
                 continue
