@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from .._runtime.closing import Closeable, closed_on_error
+from .._runtime.closing import Closeable
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
@@ -98,9 +98,10 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     ...     opened.project.frames, opened.problems
     ((), ())
     """
-    archive = Archive(path)
-    with closed_on_error(archive):
+    with ExitStack() as stack:
+        archive = stack.enter_context(Archive(path))
         read = decode_project(archive, archive.path, stated_in=str(archive.path.parent))
+        stack.pop_all()
         return OpenedProject(**vars(replace(read, problems=archive.problems + read.problems)), parts=archive)
 
 
