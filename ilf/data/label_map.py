@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from ..errors import InputError
+from .arrays import check_shape, plain_array
 from .frame import checked_mask
 from .pixel_grids import nearest_values
 

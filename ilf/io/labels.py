@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import counted, natural
+from ..data.arrays import check_shape, plain_array
 from ..data.blocks import BlockInfo, Blocks, block_colour
 from ..data.label_map import Box, labels_in, union
 from ..errors import ExportError, FormatError, InputError

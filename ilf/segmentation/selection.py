@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .._runtime.arrays import check_shape, plain_array
+from ..data.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.label_map import Box
 from ..data.pixel_grids import rim

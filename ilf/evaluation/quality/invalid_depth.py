@@ -11,9 +11,9 @@ from scipy.ndimage import binary_fill_holes, find_objects
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..._runtime.arrays import check_shape
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
+from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
 from ...data.pixel_grids import both, nearest_values, sides

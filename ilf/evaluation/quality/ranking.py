@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
+from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_labels, find_blocks
 from .checks import find_high_errors, find_islands, find_multiple_surfaces, find_weak_borders
