@@ -11,6 +11,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import cropped
 from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import erase, give
@@ -21,7 +22,7 @@ from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.mask_paths import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, check_unlocked, line_path
-from .brush import Mask, stroke_of
+from .brush import Mask
 from .line import tell_if_apart
 
 _CROSS = 4.0
@@ -320,7 +321,7 @@ def _change(document: Document, mask: Mask, label: int, to_no_block: bool) -> La
     added = give(labels, mask, label, document.locked)
     if added is not None:
         added.apply(labels)
-    if (left := stroke_of((labels == label) & ~mask)) is not None:
+    if (left := cropped((labels == label) & ~mask)) is not None:
         frame = None if to_no_block else document.frame
         removed = erase(labels, left, label, document.locked, frame)
         if removed is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,34 @@ def union(one: Box, other: Box) -> Box:
     """Return the smallest box that encloses two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
     return rows, columns
+
+
+def bounds(mask: NDArray[np.bool_]) -> Box | None:
+    """The bounding box of a mask; None if it is empty."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    if rows.size == 0:
+        return None
+    columns = np.flatnonzero(mask[rows[0] : rows[-1] + 1].any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def moved(box: Box, down: int, right: int) -> Box:
+    """A box moved by a number of pixels."""
+    rows, columns = box
+    return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
+
+
+class Region(NamedTuple):
+    """Pixels in a box (rows, columns) of the image, such as those that a brush covers."""
+
+    box: Box
+    mask: NDArray[np.bool_]
+
+
+def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | None:
+    """Crop a mask, whose first pixel is (top, left) of the image, to its bounding box; None if it is empty."""
+    box = bounds(mask)
+    return None if box is None else Region(moved(box, top, left), mask[box].copy())
 
 
 @dataclass(frozen=True, eq=False)

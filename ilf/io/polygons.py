@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
+from ..data.label_map import Region, cropped
 from ..data.pixel_grids import connected_regions, odd_even_fill
 from ..errors import InputError
-from .labels import Region, cropped
 
 Points = NDArray[np.float64]
 """(n, 2): x, y."""

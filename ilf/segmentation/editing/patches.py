@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, labels_in, whole, within
+from ...data.label_map import Box, bounds, labels_in, moved, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
@@ -62,21 +62,6 @@ def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
     return LabelPatch(
         moved(inner, int(box[0].start), int(box[1].start)), before[inner].copy(), after[inner].astype(np.int32)
     )
-
-
-def bounds(mask: Mask) -> Box | None:
-    """The bounding box of a mask; None if it is empty."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    if rows.size == 0:
-        return None
-    columns = np.flatnonzero(mask[rows[0] : rows[-1] + 1].any(axis=0))
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
-def moved(box: Box, down: int, right: int) -> Box:
-    """A box moved by a number of pixels."""
-    rows, columns = box
-    return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
 
 
 def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
