@@ -87,14 +87,8 @@ class BlockColumn(IntEnum):
     PIXELS = 9
 
 
-_OPTIONAL = (
-    BlockColumn.ERROR,
-    BlockColumn.VISIBLE,
-    BlockColumn.LOCKED,
-    BlockColumn.ITERATIONS,
-    BlockColumn.SIGMA,
-    BlockColumn.PIXELS,
-)
+_ALWAYS = (BlockColumn.COLOUR, BlockColumn.NAME, BlockColumn.MISSING, BlockColumn.STATE)
+_OPTIONAL = [column for column in BlockColumn if column not in _ALWAYS]
 """Columns that the user can hide."""
 _HIDDEN_AT_FIRST = (BlockColumn.ITERATIONS, BlockColumn.SIGMA, BlockColumn.PIXELS)
 _CLICKED = (BlockColumn.VISIBLE, BlockColumn.LOCKED, BlockColumn.COLOUR)
