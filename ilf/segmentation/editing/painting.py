@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, Region, cropped, within
-from ...data.pixel_grids import odd_even_fill
+from ...data.label_map import Box, Region, box_between, cropped, enclosed, within
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, Points, box_between, grown, patch_within, unlocked_pixels
+from .patches import LabelPatch, Labels, Mask, Points, grown, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.
 
@@ -73,21 +72,8 @@ def assign_outline(labels: Labels, points: Points, label: int, locked: Collectio
     """
     if label in locked:
         return None
-    inside = inside_outline(labels.shape, points)
+    inside = enclosed(points, labels.shape)
     return None if inside is None else paint(labels, inside, label, locked)
-
-
-def inside_outline(shape: tuple[int, ...], points: Points) -> Region | None:
-    """Pixels whose centre a closed line encloses, an odd number of times where it crosses itself; None for none."""
-    line = np.asarray(points, np.float64).reshape(-1, 2)
-    if len(line) < 3:
-        return None
-    box = box_between(line.min(axis=0), line.max(axis=0), shape)
-    if box is None:
-        return None
-    corner = box[1].start, box[0].start
-    mask = odd_even_fill(line - corner, (box[0].stop - corner[1], box[1].stop - corner[0]))
-    return Region(box, mask) if mask.any() else None
 
 
 # Erasing pixels from a block: they go to no block, or to the best-fitting neighbours.

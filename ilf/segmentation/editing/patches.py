@@ -73,13 +73,6 @@ def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
     )
 
 
-def box_between(low: NDArray[np.floating], high: NDArray[np.floating], shape: tuple[int, ...]) -> Box | None:
-    """The pixels from one point (x, y) to another, clipped to the image; None if there are none."""
-    left, top = np.floor(np.maximum(low, 0)).astype(int).tolist()
-    right, bottom = np.ceil(np.minimum(high, shape[1::-1])).astype(int).tolist()
-    return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None
-
-
 def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:
     """The bounding box of a block, enlarged by a rim; None if there is no such block."""
     box = bounds(labels == label)

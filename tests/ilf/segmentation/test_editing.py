@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
 
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Region
+from ilf.data.label_map import Region, enclosed
 from ilf.segmentation.editing.borders import redraw_border
 from ilf.segmentation.editing.cleaning import (
     clean_up,
@@ -26,7 +26,7 @@ from ilf.segmentation.editing.cleaning import (
     tidied,
 )
 from ilf.segmentation.editing.cutting import cut_off, extend_to_boundary, split
-from ilf.segmentation.editing.painting import assign_outline, brush_stroke, erase, give, inside_outline, paint
+from ilf.segmentation.editing.painting import assign_outline, brush_stroke, erase, give, paint
 from ilf.segmentation.editing.patches import patch_between
 
 SHAPE = (14, 17)
@@ -227,10 +227,10 @@ def test_an_outline_takes_the_pixels_whose_centre_it_goes_around():
     wanted = np.zeros_like(labels)
     wanted[3:7, 2:8] = 7
     assert np.array_equal(after, wanted)
-    bow_tie = inside_outline((10, 10), [(0, 0), (10, 10), (10, 0), (0, 10)])
+    bow_tie = enclosed([(0, 0), (10, 10), (10, 0), (0, 10)], (10, 10))
     assert (bow_tie.mask[5, 1], bow_tie.mask[5, 8], bow_tie.mask[1, 5]) == (True, True, False)
     for line in ([], [(2.0, 2.0), (8.0, 8.0)], [(20.0, 1.0), (30.0, 1.0), (25.0, 9.0)]):
-        assert inside_outline((10, 10), line) is None
+        assert enclosed(line, (10, 10)) is None
     assert assign_outline(labels, [(0, 0), (9, 0), (9, 9)], 7, locked={7}) is None
 
 
