@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import command
 from ..state.parts import Part
-from ..views.colours import DEPTH_MAP, FIXED, KINDS, MODES, Levels, Range
-from ..views.curves.axes import paint_plot
+from ..views.colours import FIXED, KINDS, MODES, Levels, Range
+from ..views.curves.axes import Plot, paint_plot
 from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
@@ -29,7 +29,7 @@ _AXIS_HEIGHT = 20
 _MIN_LOG_VALUE = 1e-3
 
 
-class Histogram(Themed, pg.PlotWidget):
+class Histogram(Themed, Plot):
     """Counts of values on a linear or a logarithmic axis.
 
     Signals
@@ -41,20 +41,16 @@ class Histogram(Themed, pg.PlotWidget):
     levelsDragged = Signal(float, float)
 
     def __init__(self) -> None:
-        super().__init__(enableMenu=False)
+        super().__init__()
         self._logarithmic = self._symmetric = False
         self._curve = pg.PlotCurveItem([0.0, 1.0], [0.0], stepMode="center", fillLevel=0)
         self._region = pg.LinearRegionItem(swapMode="block")
         self._region.setZValue(10)
         self.addItem(self._curve)
         self.addItem(self._region, ignoreBounds=True)
-        self.hideButtons()
         self.hideAxis("left")
         self.getViewBox().setMouseEnabled(x=False, y=False)
-        axis = self.getAxis("bottom")
-        axis.enableAutoSIPrefix(False)
-        axis.setHeight(_AXIS_HEIGHT)
-        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        self.getAxis("bottom").setHeight(_AXIS_HEIGHT)
         self.setMinimumHeight(90)
         self.setAccessibleName("Histogram of the shown values")
         self.setToolTip("Frequency of each value. Drag the lines to set the limits of the colour range")
@@ -122,8 +118,6 @@ class Histogram(Themed, pg.PlotWidget):
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 _NO_RANGE = "Click a view of depth, a difference or an error"
-_TOLD_KEY = "depth_colours/told"
-_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
 
 _ROBUST = 1, 99
 """Percentiles of the values at the ends of a range that is set from them."""
@@ -163,14 +157,6 @@ class ColourRange(Panel):
         views = context.views
         context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
-        if context.panels.persistent:
-            context.refresh.add("depth colours", self._tell_map, Part.FRAME)
-
-    def _tell_map(self) -> None:
-        """In the first frame of a first start, say how depth is coloured."""
-        if self.context.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
-            QSettings().setValue(_TOLD_KEY, True)
-            self.context.notes.offer(_ABOUT_MAP)
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:

@@ -53,7 +53,7 @@ class Arrangement:
 
 
 @dataclass(frozen=True)
-class Layout:
+class NamedArrangement:
     """Named arrangement; changes to it are kept until it is reset.
 
     Attributes
@@ -71,10 +71,10 @@ class Layout:
 STANDARD, INSPECT, CORRECT, TUNE = "standard", "inspect", "correct", "tune"
 
 BUILT_IN = {
-    STANDARD: Layout("Standard", Arrangement("grid", panels=None)),
-    INSPECT: Layout("Inspect", Arrangement("grid-difference", panels=("Inspect", "Range"))),
-    CORRECT: Layout("Correct", Arrangement(CORRECT_VIEWS, contours=True)),
-    TUNE: Layout("Tune", Arrangement("grid", panels=("Parameters", "Runs", "Convergence"))),
+    STANDARD: NamedArrangement("Standard", Arrangement("grid", panels=None)),
+    INSPECT: NamedArrangement("Inspect", Arrangement("grid-difference", panels=("Inspect", "Range"))),
+    CORRECT: NamedArrangement("Correct", Arrangement(CORRECT_VIEWS, contours=True)),
+    TUNE: NamedArrangement("Tune", Arrangement("grid", panels=("Parameters", "Runs", "Convergence"))),
 }
 """The built-in layouts by name."""
 
@@ -106,7 +106,7 @@ class LayoutStore:
             self._read()
 
     @property
-    def own(self) -> dict[str, Layout]:
+    def own(self) -> dict[str, NamedArrangement]:
         """The user's own layouts, in order."""
         return {name: self.layouts[name] for name in OWN if name in self.layouts}
 
@@ -118,7 +118,7 @@ class LayoutStore:
         """Return the first free name of an own layout; None if there is none."""
         return next((name for name in OWN if name not in self.layouts), None)
 
-    def put(self, name: str, layout: Layout | None) -> None:
+    def put(self, name: str, layout: NamedArrangement | None) -> None:
         """Store an own layout; None deletes it."""
         self.changed.pop(name, None)
         if layout is None:
@@ -139,7 +139,7 @@ class LayoutStore:
             QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
 
     def _read(self) -> None:
-        kind = tuple[str, dict[str, Layout], dict[str, Arrangement]]
+        kind = tuple[str, dict[str, NamedArrangement], dict[str, Arrangement]]
         try:
             stored = zlib.decompress(QSettings().value(_KEY))
             present, own, changed = msgspec.json.decode(stored, type=kind)
@@ -196,7 +196,7 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._deleted: tuple[str, Layout] | None = None
+        self._deleted: tuple[str, NamedArrangement] | None = None
         self._actions: dict[str, QAction] = {}
         for name, (text, hint, icon, keys) in _SWITCHES.items():
             hint, choose = f"{hint}; again to go back", partial(self._choose, name)
@@ -289,7 +289,7 @@ class LayoutsFeature(Feature):
             now = self._arrangement()
             if name != self.present:
                 self._leave(name)
-            self.store.put(name, Layout(text, now))
+            self.store.put(name, NamedArrangement(text, now))
             self._show()
         return name in OWN
 
@@ -300,7 +300,7 @@ class LayoutsFeature(Feature):
         if not is_free:
             self.context.notes.show_message(f"A layout {text} exists already: choose another name.")
         elif text:
-            self.store.put(self.present, Layout(text, self.store.layouts[self.present].arrangement))
+            self.store.put(self.present, NamedArrangement(text, self.store.layouts[self.present].arrangement))
             self._show()
         return bool(text) and is_free
 

@@ -16,7 +16,7 @@ from ilf.data.blocks import BlockInfo, Blocks, block_colour
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
-from ilf.data.label_map import Box, whole
+from ilf.data.label_map import Box, bounds, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
@@ -26,7 +26,7 @@ from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
-from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between, redrawn
+from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 

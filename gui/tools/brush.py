@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
+from ilf.data.label_map import Region, cropped
 from ilf.errors import InputError
-from ilf.segmentation.editing.painting import Stroke, brush_stroke, erase, paint
-from ilf.segmentation.editing.patches import bounds
+from ilf.segmentation.editing.painting import brush_stroke, erase, paint
 from ilf.segmentation.editing.snapping import similar_pixels
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
@@ -60,7 +60,7 @@ class StrokeTool(Tool):
         """Prepare for a press; return whether it starts a stroke."""
         return True
 
-    def cover(self, stroke: Stroke, host: Host) -> Stroke | None:
+    def cover(self, stroke: Region, host: Host) -> Region | None:
         """Take the pixels that the brush has just passed; return those that count."""
         return stroke
 
@@ -91,12 +91,6 @@ class StrokeTool(Tool):
         trail = stroker.createStroke(line_path(points if points[0] != points[-1] else [*points, (x + 1e-3, y)]))
         trail.setFillRule(Qt.FillRule.WindingFill)
         return trail
-
-
-def stroke_of(swept: Mask) -> Stroke | None:
-    """Return covered pixels as one stroke; None if there are none."""
-    box = bounds(swept)
-    return None if box is None else Stroke(box, swept[box].copy())
 
 
 def brush_preview(event: PointerEvent, host: Host, area: QPainterPath | None = None) -> Preview:
@@ -147,10 +141,10 @@ class PaintTool(StrokeTool):
             host.document.select([self._label])
         return True
 
-    def cover(self, stroke: Stroke, host: Host) -> Stroke | None:
+    def cover(self, stroke: Region, host: Host) -> Region | None:
         """Paint or erase the pixels at once."""
         if self._similar is not None:
-            stroke = Stroke(stroke.box, stroke.mask & self._similar[stroke.box])
+            stroke = Region(stroke.box, stroke.mask & self._similar[stroke.box])
             if not stroke.mask.any():
                 return None
         change = erase if self._erasing else paint
@@ -161,7 +155,7 @@ class PaintTool(StrokeTool):
         """Make the stroke one undo step; erased pixels go to the neighbours that fit best."""
         document = host.document
         patch = document.drop_stroke()
-        if self._erasing and not host.options.to_no_block and (stroke := stroke_of(swept)) is not None:
+        if self._erasing and not host.options.to_no_block and (stroke := cropped(swept)) is not None:
             # the best neighbour can only be found for all pixels together
             patch = erase(document.labels, stroke, self._label, document.locked, frame=document.frame)
         text = f"{'Erase from' if self._erasing else 'Paint'} {document.info(self._label).name}"

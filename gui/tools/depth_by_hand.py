@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -31,24 +30,6 @@ _NO_BLOCK = "No block has missing depth here: depth by hand counts in blocks onl
 _NOT_SELECTED = "The selected blocks have no missing depth here. Clear the selection (Esc) to paint in all blocks."
 
 
-class Surface(NamedTuple):
-    """A surface to propose.
-
-    Attributes
-    ----------
-    depth : ndarray of float32, shape (H, W)
-        Depth [m], NaN for none.
-    text : str
-        What it is, for the hint.
-    step : str
-        Name of the undo step that takes it.
-    """
-
-    depth: Depth
-    text: str
-    step: str
-
-
 class DepthByHandTool(StrokeTool):
     """State depth where it is missing: paint it, fill a hole, or continue a surface.
 
@@ -64,8 +45,10 @@ class DepthByHandTool(StrokeTool):
     def __init__(self) -> None:
         super().__init__()
         self._erases = False
-        self._surface: Surface | None = None
+        self._surface: Depth | None = None
         """The proposed surface, whole."""
+        self._about = self._step = ""
+        """What it is, for the hint; and the undo step that takes it."""
         self._kept: Mask | None = None
         """Pixels that it is limited to; None for all."""
         self._outline = QPainterPath()
@@ -74,7 +57,7 @@ class DepthByHandTool(StrokeTool):
     def hint(self) -> str:
         """Hint: what a click, a drag or a key would do."""
         if self._surface is not None:
-            return f"Enter: take | Esc: drop | drag: only under the brush | {self._surface.text}"
+            return f"Enter: take | Esc: drop | drag: only under the brush | {self._about}"
         return "Drag: paint the depth | Ctrl+click: pick a depth | Shift+drag: erase | [ ] or Ctrl+wheel: brush size"
 
     @property
@@ -97,7 +80,7 @@ class DepthByHandTool(StrokeTool):
         document = host.document
         if self._surface is not None:
             kept = swept if self._kept is None else self._kept | swept
-            if not np.isfinite(self._surface.depth[kept]).any():
+            if not np.isfinite(self._surface[kept]).any():
                 raise InputError("The proposed surface has no depth under this stroke.")
             self._kept = kept
             self._show(host)
@@ -122,9 +105,9 @@ class DepthByHandTool(StrokeTool):
         """Take the proposal as depth by hand."""
         if self._surface is None:
             return False
-        proposal, step = self._proposal, self._surface.step
+        proposal = self._proposal
         self.cancel(host)
-        _state(host.document, proposal, np.isfinite(proposal), step)
+        _state(host.document, proposal, np.isfinite(proposal), self._step)
         return True
 
     def fill(self, host: Host) -> None:
@@ -146,25 +129,25 @@ class DepthByHandTool(StrokeTool):
             source[document.state.looked.region] = True
         where = "in the rectangle" if document.state.looked.region is not None else "in the selected blocks"
 
-        def find() -> Surface:
-            found, plane = continue_plane(document.frame.depth, source, hole)
-            return Surface(found, f"Plane through {plane.share:.0%} of the known depth {where}", "Continue plane")
+        def find() -> tuple[Depth, str]:
+            found, share = continue_plane(document.frame.depth, source, hole)
+            return found, f"Plane through {share:.0%} of the known depth {where}"
 
-        self._find(host, find)
+        self._find(host, find, "Continue plane")
 
     def propose_surface(self, host: Host, nearer: bool) -> None:
         """Propose the nearer or the farther of the surfaces around the holes of the selected blocks."""
         document, hole = host.document, _hole_of(host.document)
         text, labels = f"{'Nearer' if nearer else 'Farther'} surface", document.labels.copy()
-        self._find(host, lambda: Surface(nearer_or_farther(document.frame.depth, labels, hole, nearer), text, text))
+        self._find(host, lambda: (nearer_or_farther(document.frame.depth, labels, hole, nearer), text), text)
 
-    def _find(self, host: Host, find: Callable[[], Surface]) -> None:
-        """Find a surface in the background and propose it."""
+    def _find(self, host: Host, find: Callable[[], tuple[Depth, str]], step: str) -> None:
+        """Find a surface and what it is in the background, and propose it."""
         self.cancel(host)
-        host.run_in_background(find, partial(self._take, host))
+        host.run_in_background(find, partial(self._take, host, step))
 
-    def _take(self, host: Host, surface: Surface) -> None:
-        self._surface, self._kept = surface, None
+    def _take(self, host: Host, step: str, found: tuple[Depth, str]) -> None:
+        (self._surface, self._about), self._step, self._kept = found, step, None
         self._show(host)
 
     def _show(self, host: Host) -> None:
@@ -187,8 +170,7 @@ class DepthByHandTool(StrokeTool):
     @property
     def _proposal(self) -> Depth:
         assert self._surface is not None
-        depth = self._surface.depth
-        return depth if self._kept is None else np.where(self._kept, depth, np.float32(np.nan))
+        return self._surface if self._kept is None else np.where(self._kept, self._surface, np.float32(np.nan))
 
 
 def _state(document: Document, depth: Depth, where: Mask, text: str) -> None:

@@ -7,13 +7,14 @@ from functools import partial
 
 import numpy as np
 
+from ilf.data.label_map import cropped
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.mask_paths import boundary_path
 from .base import Host, Point, edges_of, locked_text
-from .brush import Mask, StrokeTool, brush_preview, stroke_of
+from .brush import Mask, StrokeTool, brush_preview
 from .line import Effect, effect_of
 
 
@@ -88,7 +89,7 @@ class RefineTool(StrokeTool):
 
     def _find(self, swept: Mask, host: Host) -> Callable[[], LabelPatch | None] | None:
         """Return a function that divides the band; None if it is outside the frame."""
-        edge_data, band, document = host.edge_data, stroke_of(swept), host.document
+        edge_data, band, document = host.edge_data, cropped(swept), host.document
         if edge_data is None or band is None:
             return None
         return partial(

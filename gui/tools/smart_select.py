@@ -7,24 +7,23 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import cropped
 from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import pixels_apart
-from ilf.segmentation.editing.painting import Stroke, erase, give
-from ilf.segmentation.editing.patches import LabelPatch, bounds, patch_between
+from ilf.segmentation.editing.painting import erase, give
+from ilf.segmentation.editing.patches import LabelPatch, patch_between
 from ilf.segmentation.selection import select_region
 
 from ..state.document import Document
 from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.mask_paths import boundary_path, filled_path
 from .base import Host, Point, Press, Tool, check_unlocked, line_path
+from .brush import Mask
 from .line import tell_if_apart
-
-Mask = NDArray[np.bool_]
 
 _CROSS = 4.0
 """Half the width of the cross at a point that was taken away [screen pixels]."""
@@ -322,11 +321,9 @@ def _change(document: Document, mask: Mask, label: int, to_no_block: bool) -> La
     added = give(labels, mask, label, document.locked)
     if added is not None:
         added.apply(labels)
-    left = (labels == label) & ~mask
-    box = bounds(left)
-    if box is not None:
+    if (left := cropped((labels == label) & ~mask)) is not None:
         frame = None if to_no_block else document.frame
-        removed = erase(labels, Stroke(box, left[box]), label, document.locked, frame)
+        removed = erase(labels, left, label, document.locked, frame)
         if removed is not None:
             removed.apply(labels)
     return patch_between(document.labels, labels)

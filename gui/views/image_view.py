@@ -13,10 +13,9 @@ from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Si
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
 from PySide6.QtWidgets import QAbstractScrollArea
 
-from ilf.data.label_map import Box, union, whole
+from ilf.data.label_map import Box, bounds, union, whole
 from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
-from ilf.segmentation.editing.patches import bounds
 
 from ..base import theme
 from .drawings import (

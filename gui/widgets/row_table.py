@@ -393,7 +393,7 @@ _SWATCH = 10
 
 
 @dataclass(frozen=True)
-class Row:
+class NumberRow:
     """One row of the table.
 
     Attributes
@@ -433,7 +433,7 @@ class NumberTable(RowTable):
     def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
         headings = (Heading("", ""), *(Heading(title, hint, kind="number") for title, hint in columns))
         super().__init__(name, dict(enumerate(headings)))
-        self.numbers: tuple[Row, ...] = ()
+        self.numbers: tuple[NumberRow, ...] = ()
         self.setIconSize(QSize(_SWATCH, _SWATCH))
         self.setSortingEnabled(False)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -441,7 +441,7 @@ class NumberTable(RowTable):
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + _ROW_PAD)
         use_even_digits(self)
 
-    def set_rows(self, rows: Iterable[Row], empty: str = "") -> None:
+    def set_rows(self, rows: Iterable[NumberRow], empty: str = "") -> None:
         """Show other rows; `empty` is the text shown without rows."""
         self.numbers, self.hint = tuple(rows), empty
         columns = len(self._headings)
@@ -465,7 +465,7 @@ class NumberTable(RowTable):
             super().keyPressEvent(event)
 
 
-def _number_cells(row: Row, columns: int) -> TableCells:
+def _number_cells(row: NumberRow, columns: int) -> TableCells:
     texts = row.name, *row.cells, *[""] * (columns - 1 - len(row.cells))
     tone = "good" if row.is_best else "" if row.cells else "muted"
     plain = TableCell(hint=row.hint or row.name, tone=tone, bold=row.is_best or not row.cells, italic=row.is_italic)

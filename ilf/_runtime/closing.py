@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any, Self
+from typing import Self
 
 
 class Closeable:
@@ -19,13 +17,3 @@ class Closeable:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-@contextmanager
-def closed_on_error(opened: Any) -> Iterator[None]:
-    """Close what was opened if the block, which prepares it, fails."""
-    try:
-        yield
-    except BaseException:
-        opened.close()
-        raise

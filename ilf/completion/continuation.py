@@ -4,7 +4,6 @@ surfaces around the hole."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -37,56 +36,10 @@ _NORMAL_MAD = 0.6745
 """Median absolute deviation of a normal distribution, in standard deviations."""
 
 
-@dataclass(frozen=True)
-class PlaneInDepth:
-    """A plane: inverse depth [1/m] = `along_x` x + `along_y` y + `at_origin` at column x and row y.
-
-    Attributes
-    ----------
-    along_x, along_y, at_origin : float
-    share : float
-        Share of the pixels it was fitted to that lie on it.
-    """
-
-    along_x: float
-    along_y: float
-    at_origin: float
-    share: float = 1.0
-
-    def depth(self, pixels: Mask) -> Array:
-        """Depth [m], float32 (H, W), at the pixels of a mask; NaN elsewhere, and where the plane is behind the camera
-        or farther than 300 m."""
-        y, x = np.nonzero(pixels)
-        inverse = self.along_x * x + self.along_y * y + self.at_origin
-        depth = np.full(pixels.shape, np.nan, np.float32)
-        seen = inverse >= 1 / FARTHEST_DEPTH
-        depth[y[seen], x[seen]] = 1 / inverse[seen]
-        return depth
-
-
-def fit_plane_in_depth(depth: Array, pixels: Mask) -> PlaneInDepth:
-    """Fit the plane that most of some known depth lies on, by the least median of squares and then least squares.
-
-    Parameters
-    ----------
-    depth : ndarray of float32, shape (H, W)
-        Depth [m], NaN = missing.
-    pixels : ndarray of bool, shape (H, W)
-        The pixels to use; those without depth are ignored.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 12 pixels, or they lie on a line.
-
-    Examples
-    --------
-    >>> depth = np.full((4, 6), 2.0, np.float32)
-    >>> plane = fit_plane_in_depth(depth, np.ones((4, 6), bool))
-    >>> round(plane.at_origin, 6), plane.share
-    (0.5, 1.0)
-    """
-    y, x = np.nonzero(pixels & np.isfinite(depth))
+def _plane_in(hole: Mask, depth: Array, source: Mask) -> tuple[Array, float]:
+    """Depth [m] in a hole, on the plane that most of some known depth lies on, by the least median of squares and then
+    least squares; NaN where it is behind the camera or farther than 300 m. And the share of that depth on the plane."""
+    y, x = np.nonzero(source & np.isfinite(depth))
     if y.size < _FEWEST:
         raise InputError(f"A plane needs at least {_FEWEST} pixels with known depth, not {y.size}. Select more.")
     places = np.random.default_rng(0).permutation(y.size)[:_SAMPLES]
@@ -102,7 +55,11 @@ def fit_plane_in_depth(depth: Array, pixels: Mask) -> PlaneInDepth:
         lies = off <= limit
         (a, b, c), *_rest = np.linalg.lstsq(basis[lies], inverse[lies], rcond=None)
         off = np.abs(inverse - basis @ np.array([a, b, c]))
-    return PlaneInDepth(float(a), float(b), float(c - a * centre[0] - b * centre[1]), float(lies.mean()))
+    y, x = np.nonzero(hole)
+    continued = float(a) * x + float(b) * y + float(c - a * centre[0] - b * centre[1])
+    found, seen = np.full(hole.shape, np.nan, np.float32), continued >= 1 / FARTHEST_DEPTH
+    found[y[seen], x[seen]] = 1 / continued[seen]
+    return found, float(lies.mean())
 
 
 def _through_most(basis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -120,7 +77,7 @@ def _through_most(basis: NDArray[np.float64], values: NDArray[np.float64]) -> ND
     return best
 
 
-def continue_plane(depth: Array, source: Mask, hole: Mask) -> tuple[Array, PlaneInDepth]:
+def continue_plane(depth: Array, source: Mask, hole: Mask) -> tuple[Array, float]:
     """Continue the plane of known depth into a hole.
 
     Parameters
@@ -133,19 +90,28 @@ def continue_plane(depth: Array, source: Mask, hole: Mask) -> tuple[Array, Plane
     Returns
     -------
     ndarray of float32, shape (H, W)
-        Depth [m] in the hole, NaN elsewhere.
-    PlaneInDepth
+        Depth [m] in the hole, NaN elsewhere, and where the plane is behind the camera or farther than 300 m.
+    float
+        Share of the known depth that lies on the plane.
 
     Raises
     ------
     InputError
-        As `fit_plane_in_depth` does, and if the plane does not reach the hole in front of the camera.
+        If there are fewer than 12 pixels with known depth, or they lie on a line, or the plane does not reach the hole
+        in front of the camera.
+
+    Examples
+    --------
+    >>> hole = np.arange(24).reshape(4, 6) == 9
+    >>> depth = np.where(hole, np.float32(np.nan), np.float32(2))
+    >>> found, share = continue_plane(depth, ~hole, hole)
+    >>> round(float(found[hole][0]), 6), share
+    (2.0, 1.0)
     """
-    plane = fit_plane_in_depth(depth, source)
-    found = plane.depth(hole)
+    found, share = _plane_in(hole, depth, source)
     if not np.isfinite(found).any():
         raise InputError("Continued into the hole, the plane lies behind the camera or beyond 300 m.")
-    return found, plane
+    return found, share
 
 
 # The two surfaces around a hole.
@@ -233,7 +199,7 @@ def _continued(depth: Array, surface: Mask, hole: Mask) -> Array:
     values = depth[surface]
     low, high = float(values.min()) / _MARGIN, float(values.max()) * _MARGIN
     try:
-        found = fit_plane_in_depth(depth, surface).depth(hole)
+        found, _ = _plane_in(hole, depth, surface)
     except InputError:
         return np.where(hole, np.float32(np.median(values)), np.float32(np.nan))
     return np.clip(np.where(np.isnan(found), np.float32(high), found), low, high)

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .arrays import plain_array
 from .by_hand import DepthByHand, as_by_hand
 from .declarations import Value
 from .frame import read_only

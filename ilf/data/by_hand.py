@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from .._runtime.formatting import as_float
 from ..errors import InputError
+from .arrays import check_shape, plain_array
 from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
 from .label_map import Block
 

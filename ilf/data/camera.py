@@ -11,8 +11,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import frozen, plain_array
 from ..errors import InputError, told_as
+from .arrays import frozen, plain_array
 
 _SHORTEST, _LARGEST = 1e-3, 1e6
 """Minimum focal length and maximum of all intrinsics [px]: beyond them points and normals would exceed float32."""

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
+from .arrays import plain_array
 from .camera import Camera
 from .pixel_grids import piece_sizes
 from .points import known_pixels

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import Array, check_shape, frozen, plain_array, real_image, without_mask
 from .._runtime.files import is_address
 from .._runtime.formatting import size_text
 from ..errors import InputError, check_kind, told_as, warn_of_reading
+from .arrays import Array, check_shape, frozen, plain_array, real_image, without_mask
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, frozen, real_image
 from .._runtime.formatting import size_text
 from ..errors import InputError
+from .arrays import check_shape, frozen, real_image
 
 _ASPECT = 0.01
 """Relative difference below which aspect ratios count as equal: sides are rounded to whole pixels."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from ..errors import InputError
+from .arrays import check_shape, plain_array
 from .frame import checked_mask
-from .pixel_grids import nearest_values
+from .pixel_grids import nearest_values, odd_even_fill
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
@@ -36,6 +37,53 @@ def union(one: Box, other: Box) -> Box:
     """Return the smallest box that encloses two boxes."""
     rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
     return rows, columns
+
+
+def bounds(mask: NDArray[np.bool_]) -> Box | None:
+    """The bounding box of a mask; None if it is empty."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    if rows.size == 0:
+        return None
+    columns = np.flatnonzero(mask[rows[0] : rows[-1] + 1].any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def moved(box: Box, down: int, right: int) -> Box:
+    """A box moved by a number of pixels."""
+    rows, columns = box
+    return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
+
+
+def box_between(low: NDArray[np.floating], high: NDArray[np.floating], shape: tuple[int, ...]) -> Box | None:
+    """The pixels from one point (x, y) to another, clipped to the image; None if there are none."""
+    left, top = np.floor(np.maximum(low, 0)).astype(int).tolist()
+    right, bottom = np.ceil(np.minimum(high, shape[1::-1])).astype(int).tolist()
+    return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None
+
+
+class Region(NamedTuple):
+    """Pixels in a box (rows, columns) of the image, such as those that a brush covers."""
+
+    box: Box
+    mask: NDArray[np.bool_]
+
+
+def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | None:
+    """Crop a mask, whose first pixel is (top, left) of the image, to its bounding box; None if it is empty."""
+    box = bounds(mask)
+    return None if box is None else Region(moved(box, top, left), mask[box].copy())
+
+
+def enclosed(line: ArrayLike, shape: tuple[int, ...]) -> Region | None:
+    """Pixels of an image (H, W, ...) whose centre a closed line, (n, 2) of (x, y), encloses, an odd number of times
+    where it crosses itself; None for none. A line that it follows in both directions has no effect, so that one line
+    can have holes."""
+    points = np.asarray(line, np.float64).reshape(-1, 2)
+    box = None if len(points) < 3 else box_between(points.min(axis=0), points.max(axis=0), shape)
+    if box is None:
+        return None
+    top, left = box[0].start, box[1].start
+    return cropped(odd_even_fill(points - (left, top), (box[0].stop - top, box[1].stop - left)), top, left)
 
 
 @dataclass(frozen=True, eq=False)

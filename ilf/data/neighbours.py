@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import frozen, plain_array
+from .arrays import frozen, plain_array
 
 Depth = NDArray[np.float32]
 Mask = NDArray[np.bool_]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError, ParameterError
+from .arrays import plain_array, without_mask
 from .camera import REMEDY, Camera, as_camera
 from .open3d_images import load_open3d
 

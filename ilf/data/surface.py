@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
 from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
+from .arrays import plain_array
 from .camera import Camera
 from .open3d_images import load_open3d
 from .pixel_grids import Pairs

@@ -11,8 +11,8 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from .._runtime.cancellation import mapped_steps
+from ..data.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
 from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual

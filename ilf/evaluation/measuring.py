@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
+from ..data.arrays import check_shape, plain_array
 from ..data.camera import Camera
 from ..errors import InputError
 from ..io.tables import csv_text

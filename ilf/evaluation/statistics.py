@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
 from ..completion.edge_aware.shape import noise_of
+from ..data.arrays import plain_array
 from ..data.camera import Camera
 from ..data.frame import checked_mask
 from ..errors import InputError

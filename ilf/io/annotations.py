@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
 from ..data.blocks import Blocks
+from ..data.label_map import Region, cropped
 from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
-from .labels import UNNAMED, Candidate, Region, cropped, stacked
+from .labels import UNNAMED, Candidate, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
 
 _IMAGES_SHOWN = 5

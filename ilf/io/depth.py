@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import plain_array
 from .._runtime.files import FileContent, FileSource, read_file
 from .._runtime.formatting import as_float, counted
 from .._runtime.writing import write_bytes
+from ..data.arrays import plain_array
 from ..data.frame import DEPTH_LIMITS
 from ..errors import ExportError, FormatError, ParameterError, path_first
 from .float_images import (

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import check_shape
 from .._runtime.files import FileContent, FileSource, existing_file, read_file, split_dataset
 from .._runtime.formatting import counted
 from .._runtime.plugins import GUIDES, call, entry_of_file, entry_points, load
+from ..data.arrays import check_shape
 from ..data.by_hand import DepthByHand, as_by_hand
 from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_depth_scale
 from ..data.guide import Gives, Guide

@@ -5,16 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.arrays import check_shape, plain_array
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import counted, natural
+from ..data.arrays import check_shape, plain_array
 from ..data.blocks import BlockInfo, Blocks, block_colour
-from ..data.label_map import Box, labels_in, union
+from ..data.label_map import Box, Region, cropped, labels_in, union
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_indices
 
@@ -97,13 +96,6 @@ UNNAMED = "block"
 _LONGEST_NAME = 80
 
 
-class Region(NamedTuple):
-    """Pixels in a box (rows, columns) of the image."""
-
-    box: Box
-    mask: NDArray[np.bool_]
-
-
 Candidate = tuple[str, int | None, Iterable[Region]]
 """A candidate for a block: its name, "" for none; the label given in the file, if any; and its parts, which may overlap
 and are iterated once, so that they can be computed on demand."""
@@ -140,16 +132,6 @@ def stacked(path: object, shape: tuple[int, int], candidates: Sequence[Candidate
         if number in left and (name := " ".join(given.split())[:_LONGEST_NAME]) not in {"", UNNAMED}
     }
     return Blocks(labels, infos, notes=tuple(found))
-
-
-def cropped(mask: NDArray[np.bool_], top: int = 0, left: int = 0) -> Region | None:
-    """Crop a mask, whose first pixel is (top, left) of the image, to its bounding box; None if it is empty."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if rows.size == 0:
-        return None
-    inside = slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-    box = slice(inside[0].start + top, inside[0].stop + top), slice(inside[1].start + left, inside[1].stop + left)
-    return Region(box, mask[inside])
 
 
 def _laid(

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.pixel_grids import connected_regions, odd_even_fill
+from ..data.label_map import Region, cropped, enclosed
+from ..data.pixel_grids import connected_regions
 from ..errors import InputError
-from .labels import Region, cropped
 
 Points = NDArray[np.float64]
 """(n, 2): x, y."""
@@ -89,16 +89,10 @@ def filled_polygon(points: Points, where: str, shape: tuple[int, int]) -> Region
     ((slice(0, 2, None), slice(1, 3, None)), [[True, True], [True, True]])
     """
     height, width = shape
-    if len(points) < 3:
-        return None
-    low, high = np.floor(points.min(axis=0)).astype(int), np.ceil(points.max(axis=0)).astype(int)
-    (left, top), (right, bottom) = np.maximum(low, 0).tolist(), np.minimum(high, (width, height)).tolist()
-    if left >= right or top >= bottom:
-        return None
-    rows = np.clip(points[:, 1], top, bottom)
+    rows = np.clip(points[:, 1], 0, height)
     if np.abs(np.diff(rows, append=rows[:1])).sum() > 2 * height * width + 1_000_000:
         raise InputError(f"{where} crosses the image too often to be an outline. {_REMEDY}")
-    return cropped(odd_even_fill(points - (left, top), (bottom - top, right - left)), top, left)
+    return enclosed(points, shape)
 
 
 # Label map to polygons that follow the edges of its pixels, so that filling them gives the same map again.

@@ -33,7 +33,7 @@ _UNREADABLE = (zipfile.BadZipFile, OSError, LookupError, RuntimeError, ValueErro
 
 
 @dataclass(frozen=True)
-class Part:
+class StoredPart:
     """A part to write. A checksum that does not match the content keeps the part marked as damaged."""
 
     name: str
@@ -107,7 +107,7 @@ class Archive(Closeable):
             raise FormatError(f"The part {name:.40} of {self.path.name} is damaged: its checksum does not match.")
         return part.content
 
-    def read_raw(self, name: str) -> Part:
+    def read_raw(self, name: str) -> StoredPart:
         """Read a part for copying, with its checksum if it does not match; raises as `read` if it cannot be copied."""
         with self._lock:
             if name not in self._members:
@@ -115,7 +115,7 @@ class Archive(Closeable):
             member = self._members[name]
             packed = self._packed(name, member)
         content = self._inflated(name, member, packed)
-        return Part(name, content, None if zlib.crc32(content) == member.CRC else member.CRC)
+        return StoredPart(name, content, None if zlib.crc32(content) == member.CRC else member.CRC)
 
     def _packed(self, name: str, member: zipfile.ZipInfo) -> bytes:
         """Read a member as it stands in the file: `zipfile` gives no content whose checksum does not match."""
@@ -153,7 +153,9 @@ class Archive(Closeable):
                 self._open()
 
 
-def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing: Collection[Archive] = ()) -> None:
+def write_archive(
+    path: str | os.PathLike[str], parts: Iterable[StoredPart], replacing: Collection[Archive] = ()
+) -> None:
     """Write a project file. If that fails, an existing file stays unchanged.
 
     A link is kept: its target is replaced. An existing file keeps its permissions.
@@ -161,7 +163,7 @@ def write_archive(path: str | os.PathLike[str], parts: Iterable[Part], replacing
     Parameters
     ----------
     path : path-like
-    parts : iterable of Part
+    parts : iterable of StoredPart
         Consumed one at a time. If it raises, an existing file stays unchanged.
     replacing : collection of Archive
         Archives that may have this file open; they reopen it afterwards.

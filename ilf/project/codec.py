@@ -24,9 +24,9 @@ from typing import Annotated, Any, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import frozen
 from .._runtime.files import parse_json, zip_member
 from .._runtime.schema import converted
+from ..data.arrays import frozen
 from ..data.declarations import ParameterSet
 from ..data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 from ..errors import FormatError, IlfError

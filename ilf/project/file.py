@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from .._runtime.closing import Closeable, closed_on_error
+from .._runtime.closing import Closeable
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
 from ..sources.reading import read_frame
-from .archive import Archive, Part, Parts, write_archive
+from .archive import Archive, Parts, StoredPart, write_archive
 from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
@@ -98,9 +98,10 @@ def open_project(path: str | os.PathLike[str]) -> OpenedProject:
     ...     opened.project.frames, opened.problems
     ((), ())
     """
-    archive = Archive(path)
-    with closed_on_error(archive):
+    with ExitStack() as stack:
+        archive = stack.enter_context(Archive(path))
         read = decode_project(archive, archive.path, stated_in=str(archive.path.parent))
+        stack.pop_all()
         return OpenedProject(**vars(replace(read, problems=archive.problems + read.problems)), parts=archive)
 
 
@@ -165,7 +166,7 @@ def save_project(
     saving = _Saving(Path(path).absolute(), project, base, places or Places(), embed)
     names = saving.collect(states)
 
-    def parts() -> Iterator[Part]:
+    def parts() -> Iterator[StoredPart]:
         for done, name in enumerate(names):
             if on_part is not None:
                 on_part(done, len(names))
@@ -215,14 +216,14 @@ class _Saving:
         self._made[PROJECT] = encode_project(replace(self._project, frames=listed), places)
         return list(self._names)
 
-    def part(self, name: str) -> Part | None:
+    def part(self, name: str) -> StoredPart | None:
         """Return a part to write, as it is stored, damaged or not; None if no store has it."""
         if name in self._made:
-            return Part(name, self._made[name])
-        damaged: Part | None = None
+            return StoredPart(name, self._made[name])
+        damaged: StoredPart | None = None
         for parts in self._stored.get(name, ()):
             try:
-                part = parts.read_raw(name) if isinstance(parts, Archive) else Part(name, parts.read(name))
+                part = parts.read_raw(name) if isinstance(parts, Archive) else StoredPart(name, parts.read(name))
             except FormatError as error:
                 self.notes.append(f"{error} It is not saved.")
                 continue

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import frozen
+from ..data.arrays import frozen
 from ..data.blocks import Blocks
 from ..data.label_map import labels_in
 from ..segmentation.propagation.propagate import Followed, follow

@@ -14,7 +14,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import frozen
+from ..data.arrays import frozen
 from ..data.blocks import Colour
 from ..data.results import BlockResult, Completion, compose
 from ..evaluation.hold_out import HoldOutTest

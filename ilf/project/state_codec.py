@@ -11,10 +11,10 @@ from weakref import ref
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.arrays import frozen
 from .._runtime.files import parse_json
 from .._runtime.installation import __version__
 from .._runtime.schema import check_schema, converted
+from ..data.arrays import frozen
 from ..data.blocks import Blocks
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..data.label_map import checked_labels

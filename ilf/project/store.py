@@ -17,7 +17,6 @@ from zlib import crc32
 
 from filelock import FileLock, Timeout
 
-from .._runtime.closing import closed_on_error
 from .._runtime.files import parse_json, read_file
 from .._runtime.installation import __version__
 from .._runtime.schema import PlainName, check_schema, converted
@@ -112,10 +111,13 @@ class WorkFolder:
             raise FolderInUse(f"Another window is using {self.path}.") from error
         except OSError as error:
             raise ExportError(f"Could not write {self.path}: {remedy(error)}.") from error
-        with closed_on_error(self):
+        try:
             if (self.path / _INDEX).exists():
                 self._read_index()
             self._remove_unnamed()
+        except BaseException:
+            self.close()
+            raise
 
     def _read_index(self) -> None:
         data = parse_json(read_file(self.path / _INDEX).data.tobytes(), self.path / _INDEX)

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .._runtime.arrays import check_shape, plain_array
+from ..data.arrays import check_shape, plain_array
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.label_map import Box
+from ..data.label_map import Box, box_between
 from ..data.pixel_grids import rim
 from ..errors import InputError, told_as
-from .editing.patches import Points, box_between
+from .editing.patches import Points
 from .region_tree import RegionTree, region_tree
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
-from ilf.segmentation.editing.painting import inside_outline
+from ilf.data.label_map import enclosed
 
 from .frame_split import SPLIT
 
@@ -72,7 +72,7 @@ def outlined(folder: Path, file: Path, names: Collection[str]) -> Iterator[tuple
         masks = {}
         for what, points in outlines.items():
             masks[what] = np.zeros(frame.shape, bool)
-            inside = inside_outline(frame.shape, points)
+            inside = enclosed(points, frame.shape)
             if inside is not None:
                 masks[what][inside.box] = inside.mask
         yield name, frame, masks

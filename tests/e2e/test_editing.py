@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.table import Column
+from gui.features.blocks.table import BlockColumn
 from gui.features.status import StatusFeature
 from ilf import RGBDFrame
 
@@ -39,20 +39,20 @@ def test_clicking_chooses_control_adds_and_so_does_the_table_which_renames_locks
 
     workspace, table, before = editing.workspace, editing.feature(BlocksFeature).table, document.labels.copy()
 
-    def click_icon(column: Column) -> None:
+    def click_icon(column: BlockColumn) -> None:
         """Click it in the row of block 1."""
         editing.refresh.now()
         at = table.visualRect(table.model().index(table.labels().index(1), column)).center()
         QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
 
-    table.model().setData(table.model().index(table.labels().index(1), Column.NAME), "Wall")
-    click_icon(Column.LOCKED)
-    click_icon(Column.VISIBLE)
+    table.model().setData(table.model().index(table.labels().index(1), BlockColumn.NAME), "Wall")
+    click_icon(BlockColumn.LOCKED)
+    click_icon(BlockColumn.VISIBLE)
     assert (document.info(1).name, document.locked, document.info(1).visible) == ("Wall", {1}, False)
     assert document.selected == [2], "icons select nothing"
     assert np.array_equal(document.labels, before)
     assert document.undo_stack.undoText() == "Lock Wall"
-    click_icon(Column.LOCKED)
+    click_icon(BlockColumn.LOCKED)
     assert document.undo_stack.undoText() == "Unlock Wall"
     for _ in range(3):
         workspace.undo_group.undo()

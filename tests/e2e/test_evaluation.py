@@ -13,7 +13,7 @@ from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.table import Column
+from gui.features.blocks.table import BlockColumn
 from gui.features.filter import FilterPanel
 from gui.features.presets import SavePresetDialog
 from gui.features.sweep.feature import SweepFeature
@@ -47,7 +47,7 @@ def settle(window):
 
 def errors_shown(window) -> list[str]:
     model = window.feature(BlocksFeature).table.model()
-    return [model.index(row, Column.ERROR).data() for row in range(model.rowCount())]
+    return [model.index(row, BlockColumn.ERROR).data() for row in range(model.rowCount())]
 
 
 def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder, ground_truth_file, run_all):
@@ -123,7 +123,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert document.block_errors.rmse == pytest.approx(rms)
     window.refresh.now()
     assert errors_shown(window) == [millimetres(rms[1]), millimetres(rms[2])]
-    window.feature(BlocksFeature).table.sortByColumn(Column.ERROR, Qt.SortOrder.AscendingOrder)
+    window.feature(BlocksFeature).table.sortByColumn(BlockColumn.ERROR, Qt.SortOrder.AscendingOrder)
     assert errors_shown(window) == [millimetres(error) for error in sorted(rms.values(), reverse=True)], "worst first"
     window.feature(BlocksFeature).table.sortByColumn(-1, Qt.SortOrder.AscendingOrder)
     assert not actions["remove_ground_truth"].isEnabled()

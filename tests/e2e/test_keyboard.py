@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from gui.base import theme
 from gui.base.commands import plain
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.blocks.table import Column
+from gui.features.blocks.table import BlockColumn
 from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
@@ -181,7 +181,7 @@ def test_f2_renames_the_selected_block_but_not_from_another_list(typing, qtbot):
 def test_a_block_that_a_click_deselects_is_not_the_one_that_is_renamed(typing, qtbot):
     key(typing, _Key.Key_F9)
     table = typing.feature(BlocksFeature).table
-    first, second = (table.visualRect(table.model().index(row, Column.NAME)).center() for row in (0, 1))
+    first, second = (table.visualRect(table.model().index(row, BlockColumn.NAME)).center() for row in (0, 1))
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=first)
     for _ in range(2):
         QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, CTRL, second)

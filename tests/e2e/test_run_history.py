@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QSlider
 
 from gui.features.filter import FilterPanel
 from gui.features.run_history.panel import RunsPanel
-from gui.features.run_history.table import Column
+from gui.features.run_history.table import RunColumn
 from gui.work.frame_runs import RunState
 from ilf import preset
 
@@ -22,12 +22,12 @@ def part(opened):
     return opened.feature(RunsPanel)
 
 
-def _cell(part, row: int, column: Column, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
+def _cell(part, row: int, column: RunColumn, role: Qt.ItemDataRole = Qt.ItemDataRole.DisplayRole) -> object:
     model = part.view.model()
     return model.index(row, column).data(role)
 
 
-def _type(part, row: int, column: Column, text: str):
+def _type(part, row: int, column: RunColumn, text: str):
     """Into a cell, after F2."""
     view = part.view
     index = view.model().index(row, column)
@@ -61,19 +61,19 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     first, live = document.state.runs
     qtbot.waitUntil(lambda: None not in (first.expected_error, live.expected_error))
     opened.refresh.now()
-    texts = [_cell(part, row, Column.NAME) for row in (0, 1)]
+    texts = [_cell(part, row, RunColumn.NAME) for row in (0, 1)]
     assert texts == ["● Live 2", "Run 1"]
-    assert _cell(part, 0, Column.VALUES) == "paper, padding 3 x"
-    numbers = [str(_cell(part, row, Column.EXPECTED)) for row in (0, 1)]
+    assert _cell(part, 0, RunColumn.VALUES) == "paper, padding 3 x"
+    numbers = [str(_cell(part, row, RunColumn.EXPECTED)) for row in (0, 1)]
     assert sum(text.startswith("★") for text in numbers) == 1
-    assert _cell(part, 0, Column.GROUND_TRUTH) == "–"
+    assert _cell(part, 0, RunColumn.GROUND_TRUTH) == "–"
 
     assert not actions["accept_run"].isEnabled(), "no run is chosen"
     part.view.selectRow(1)
     actions["compare_runs"].trigger()
     assert document.compared == [first]
     opened.refresh.now()
-    assert Qt.CheckState(_cell(part, 1, Column.COMPARED, Qt.ItemDataRole.CheckStateRole)) == Qt.CheckState.Checked
+    assert Qt.CheckState(_cell(part, 1, RunColumn.COMPARED, Qt.ItemDataRole.CheckStateRole)) == Qt.CheckState.Checked
     actions["compare_runs"].trigger()
     assert document.compared == []
 
@@ -82,7 +82,7 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     assert (document.state.common, document.changed_blocks()) == (preset("paper"), [])
     np.testing.assert_array_equal(document.completion().depth, depth)
     np.testing.assert_array_equal(document.current_depth(), depth)
-    assert _cell(part, 1, Column.NAME) == "● Run 1"
+    assert _cell(part, 1, RunColumn.NAME) == "● Run 1"
     actions["undo"].trigger()
     assert live.is_of(document.valid_results())
     actions["restore_run"].trigger()
@@ -90,8 +90,8 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     actions["undo"].trigger()
     assert document.state.common.padding == 3.0
 
-    _type(part, 1, Column.NAME, "as printed")
-    _type(part, 0, Column.VALUES, "sharper")
+    _type(part, 1, RunColumn.NAME, "as printed")
+    _type(part, 0, RunColumn.VALUES, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
     part.view.selectRow(0)
     QTest.keyClick(part.view, Qt.Key.Key_Delete)

@@ -17,7 +17,7 @@ from ilf.evaluation.evaluation import Evaluated, Evaluation, PixelErrors
 from ilf.evaluation.ground_truth import shared_pixels
 from ilf.evaluation.ties import Ties, find_ties
 
-from ...widgets.row_table import Row
+from ...widgets.row_table import NumberRow
 
 COLUMNS = (
     ("RMSE", "Root mean square error in millimetres: large errors count most"),
@@ -45,7 +45,7 @@ class AreaErrors(NamedTuple):
     evaluated: tuple[Evaluation, ...]
     best: Ties | None
 
-    def row(self, number: int, title: str, hint: str, last: str, colour: tuple[int, int, int] | None) -> Row:
+    def row(self, number: int, title: str, hint: str, last: str, colour: tuple[int, int, int] | None) -> NumberRow:
         """Return the row of a result, with its errors in the order of `COLUMNS` and a last cell. One of the best of
         several is marked, unless all are equal."""
         one, count, best = self.evaluated[number], len(self.evaluated), self.best
@@ -55,7 +55,7 @@ class AreaErrors(NamedTuple):
             hint += f" {others} are equal within {millimetres(best.within)} mm." if best else " Smallest RMSE of all."
             is_best = len(best.equal) < count
         cells = millimetres(one.rmse), millimetres(one.mae), millimetres(one.median), last
-        return Row(title, cells, hint, colour, is_best)
+        return NumberRow(title, cells, hint, colour, is_best)
 
 
 def area_errors(several: Sequence[Evaluated]) -> AreaErrors:
@@ -116,12 +116,12 @@ def evaluate_areas(
     return found
 
 
-def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[EvaluatedResult]) -> list[Row]:
+def ground_truth_rows(found: Mapping[str, AreaErrors], entries: Sequence[EvaluatedResult]) -> list[NumberRow]:
     """Rows for the parts of the frame, each with a row per result; for a single result, a row per part."""
     rows = []
     alone = len(entries) == 1
     for name, area in found.items():
-        rows += [] if alone else [Row(name)]
+        rows += [] if alone else [NumberRow(name)]
         for number, (entry, one) in enumerate(zip(entries, area.evaluated, strict=True)):
             title, what = (name, name) if alone else (entry.name, f"{name}, {entry.name}")
             hint = f"{what}: no pixel has both a result and ground truth."

@@ -22,7 +22,7 @@ from ilf.run.run import Run
 from ...state.document import Document
 from ...widgets.basics import Message, PlainLabel, answers, form, label_of, stack
 from ...widgets.hold_out_choice import HoldOutChoice
-from ...widgets.row_table import Row
+from ...widgets.row_table import NumberRow
 from ...work.jobs import spare_cores
 from .evaluation import COLUMNS, AreaErrors, area_errors
 
@@ -80,7 +80,7 @@ class HoldOutOutcome:
         numbers = (number for number, one in enumerate(self.candidates) if one.run is self.present)
         return next(numbers, None)
 
-    def rows(self, label: int) -> list[Row]:
+    def rows(self, label: int) -> list[NumberRow]:
         """Return the rows of the table: the candidates, over all blocks (0) or over one."""
         rows = []
         area = self.errors.get(label) or AreaErrors((Evaluation(),) * len(self.candidates), None)

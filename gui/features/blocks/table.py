@@ -72,7 +72,7 @@ class BlockRow:
     error: float = math.nan
 
 
-class Column(IntEnum):
+class BlockColumn(IntEnum):
     """Columns of the table, from the left."""
 
     COLOUR = 0
@@ -87,37 +87,40 @@ class Column(IntEnum):
     PIXELS = 9
 
 
-_OPTIONAL = Column.ERROR, Column.VISIBLE, Column.LOCKED, Column.ITERATIONS, Column.SIGMA, Column.PIXELS
+_ALWAYS = (BlockColumn.COLOUR, BlockColumn.NAME, BlockColumn.MISSING, BlockColumn.STATE)
+_OPTIONAL = [column for column in BlockColumn if column not in _ALWAYS]
 """Columns that the user can hide."""
-_HIDDEN_AT_FIRST = (Column.ITERATIONS, Column.SIGMA, Column.PIXELS)
-_CLICKED = (Column.VISIBLE, Column.LOCKED, Column.COLOUR)
+_HIDDEN_AT_FIRST = (BlockColumn.ITERATIONS, BlockColumn.SIGMA, BlockColumn.PIXELS)
+_CLICKED = (BlockColumn.VISIBLE, BlockColumn.LOCKED, BlockColumn.COLOUR)
 
 _ERROR = (
     "Root mean square error in millimetres: against ground truth or hold-out depth, or grey as expected. Load ground "
     "truth or run a hold-out test in the panel Accuracy."
 )
 _HEADINGS: dict[int, Heading] = {
-    Column.COLOUR: Heading("", "Colour in the views and plots. Click to change it.", kind="icon", icon="ph.palette"),
-    Column.NAME: Heading("Name", "Name of the block. Press F2 to rename.", kind="edited"),
-    Column.MISSING: Heading("Missing", "Defect rate: share of the block's pixels without depth.", 58, "number"),
-    Column.ERROR: Heading("Error [mm]", _ERROR, 48, "number"),
-    Column.STATE: Heading(
+    BlockColumn.COLOUR: Heading(
+        "", "Colour in the views and plots. Click to change it.", kind="icon", icon="ph.palette"
+    ),
+    BlockColumn.NAME: Heading("Name", "Name of the block. Press F2 to rename.", kind="edited"),
+    BlockColumn.MISSING: Heading("Missing", "Defect rate: share of the block's pixels without depth.", 58, "number"),
+    BlockColumn.ERROR: Heading("Error [mm]", _ERROR, 48, "number"),
+    BlockColumn.STATE: Heading(
         "", "State of the block after the last run. Point at an icon for details.", kind="icon", icon="ph.flag"
     ),
-    Column.VISIBLE: Heading(
+    BlockColumn.VISIBLE: Heading(
         "",
         "Shown in the views. Click the eye to change it; Show or hide applies to selected blocks.",
         kind="icon",
         icon="ph.eye",
     ),
-    Column.LOCKED: Heading(
+    BlockColumn.LOCKED: Heading(
         "", "Locked blocks cannot be edited. Click the lock to change it.", kind="icon", icon="ph.lock-simple"
     ),
-    Column.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter.", 42, "number"),
-    Column.SIGMA: Heading(
+    BlockColumn.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter.", 42, "number"),
+    BlockColumn.SIGMA: Heading(
         "σ [mm]", "Deviation sigma_i between the last two iterations, Eq. (2), in millimetres.", 56, "number"
     ),
-    Column.PIXELS: Heading("Pixels", "Number of pixels of the block.", 60, "number"),
+    BlockColumn.PIXELS: Heading("Pixels", "Number of pixels of the block.", 60, "number"),
 }
 
 
@@ -131,29 +134,31 @@ def _cells(row: BlockRow, error_source: str) -> dict[int, TableCell]:
     of_error = tone or ("muted" if error_source == EXPECTED else "")
     iterations, sigma = str(row.iterations or ""), f"{1000 * row.sigma_i:.3f}"
     return {
-        Column.COLOUR: TableCell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
-        Column.NAME: TableCell(
+        BlockColumn.COLOUR: TableCell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
+        BlockColumn.NAME: TableCell(
             info.name,
             natural(info.name),
             _lines(look, own),
             ("ph.question", "warning") if look else None,
             tone or ("accent" if own else ""),
         ),
-        Column.MISSING: TableCell(f"{100 * counts.defect_rate:.1f} %", -counts.defect_rate, tone=tone),
-        Column.ERROR: TableCell(millimetres(row.error), _last_if_unknown(-row.error), tone=of_error),
-        Column.STATE: TableCell(
+        BlockColumn.MISSING: TableCell(f"{100 * counts.defect_rate:.1f} %", -counts.defect_rate, tone=tone),
+        BlockColumn.ERROR: TableCell(millimetres(row.error), _last_if_unknown(-row.error), tone=of_error),
+        BlockColumn.STATE: TableCell(
             key=list(_STATES).index(row.state), hint=_lines(look, row.state, row.detail), icon=_STATES[row.state]
         ),
-        Column.VISIBLE: TableCell(
+        BlockColumn.VISIBLE: TableCell(
             key=int(info.visible), icon=("ph.eye", "text") if info.visible else ("ph.eye-slash", "muted")
         ),
-        Column.LOCKED: TableCell(
+        BlockColumn.LOCKED: TableCell(
             key=int(info.locked),
             icon=("ph.lock-simple", "text") if info.locked else ("ph.lock-simple-open", "muted"),
         ),
-        Column.ITERATIONS: TableCell(iterations, row.iterations, tone=tone),
-        Column.SIGMA: TableCell("" if math.isnan(row.sigma_i) else sigma, _last_if_unknown(row.sigma_i), tone=tone),
-        Column.PIXELS: TableCell(grouped(counts.pixels), counts.pixels, tone=tone),
+        BlockColumn.ITERATIONS: TableCell(iterations, row.iterations, tone=tone),
+        BlockColumn.SIGMA: TableCell(
+            "" if math.isnan(row.sigma_i) else sigma, _last_if_unknown(row.sigma_i), tone=tone
+        ),
+        BlockColumn.PIXELS: TableCell(grouped(counts.pixels), counts.pixels, tone=tone),
     }
 
 
@@ -228,7 +233,7 @@ class BlockTable(RowTable):
         return [self.key_of(index) for index in self._indexes()]
 
     def _indexes(self) -> list[QModelIndex]:
-        return [self.proxy.index(row, Column.NAME) for row in range(self.proxy.rowCount())]
+        return [self.proxy.index(row, BlockColumn.NAME) for row in range(self.proxy.rowCount())]
 
     def _rename(self, label: int, column: int, name: str) -> None:
         if name:
@@ -239,9 +244,9 @@ class BlockTable(RowTable):
         if event.button() != Qt.MouseButton.LeftButton or index.column() not in _CLICKED:
             return False
         row = self._shown[self.key_of(index)]
-        if index.column() == Column.VISIBLE:
+        if index.column() == BlockColumn.VISIBLE:
             self._workspace.current.set_visible(row.label, not row.info.visible)
-        elif index.column() == Column.LOCKED:
+        elif index.column() == BlockColumn.LOCKED:
             self._workspace.current.set_lock(row.label, not row.info.locked)
         else:
             colour = QColorDialog.getColor(QColor(*row.info.colour), self, f"Colour of {row.info.name}")
@@ -261,7 +266,7 @@ class BlockTable(RowTable):
             action.toggled.connect(lambda on, column=column: self._show_column(column, on))
         return menu
 
-    def _show_column(self, column: Column, on: bool) -> None:
+    def _show_column(self, column: BlockColumn, on: bool) -> None:
         self.setColumnHidden(column, not on)
         hidden = [other.name for other in _OPTIONAL if self.isColumnHidden(other)]
         QSettings().setValue(_HIDDEN_KEY, " ".join(hidden))
@@ -273,8 +278,8 @@ class BlockTable(RowTable):
 
     def _fit_names(self) -> None:
         header = self.horizontalHeader()
-        others = header.length() - header.sectionSize(Column.NAME)
-        header.resizeSection(Column.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
+        others = header.length() - header.sectionSize(BlockColumn.NAME)
+        header.resizeSection(BlockColumn.NAME, max(_NAME_WIDTH, self.viewport().width() - others))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if not self._handle_icon_click(event):

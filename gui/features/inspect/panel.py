@@ -31,7 +31,7 @@ from ...tools.line import REACH, off_line, share_along
 from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
-from ...widgets.row_table import NumberTable, Row
+from ...widgets.row_table import NumberRow, NumberTable
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
@@ -283,7 +283,7 @@ class InspectPanel(Panel):
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
 
-    def _show_statistics(self, found: tuple[list[Row], list[str]]) -> None:
+    def _show_statistics(self, found: tuple[list[NumberRow], list[str]]) -> None:
         rows, notes = found
         self.statistics.set_rows(rows)
         _tell(self.statistics_note, " ".join(filter(None, (*notes, self._iteration_note()))))
@@ -316,7 +316,7 @@ class InspectPanel(Panel):
             filled = document is not None and not all(document.frame.known[int(y), int(x)] for x, y in line)
             height = f"{measured.height:+.3f} m" if math.isfinite(measured.height) else UNKNOWN
             hint = "An end point lies on filled depth, not measured depth" if filled else ""
-            rows.append(Row(str(number), (_distance(measured), height), hint, is_italic=filled))
+            rows.append(NumberRow(str(number), (_distance(measured), height), hint, is_italic=filled))
         self.measurements.set_rows(rows, _NO_MEASUREMENTS)
         blind = document is not None and document.frame.intrinsics is None
         _tell(self.measurements_note, NEEDS_INTRINSICS if blind else self._iteration_note())

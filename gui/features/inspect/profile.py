@@ -28,7 +28,7 @@ from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
 from ...base import theme
 from ...state.document import Document
 from ...state.results import ViewedIteration
-from ...views.curves.axes import paint_plot, set_title
+from ...views.curves.axes import Plot, paint_plot, set_title
 from ...widgets.basics import Message, Themed, combo, lay_out, use_even_digits
 
 Array = NDArray[np.floating]
@@ -127,7 +127,7 @@ _LEFT, _BOTTOM = 52, 34
 """Fixed width and height of the axes [px], so that the plot stays still when their numbers grow."""
 
 
-class ProfilePlot(pg.PlotWidget):
+class ProfilePlot(Plot):
     """Plot of raw depth as points; of the result with the band of its expected error and of others as lines.
 
     Signals
@@ -139,7 +139,7 @@ class ProfilePlot(pg.PlotWidget):
     hovered = Signal(float)
 
     def __init__(self) -> None:
-        super().__init__(viewBox=pg.ViewBox(enableMenu=False), enableMenu=False)
+        super().__init__()
         self._curves: list[pg.PlotCurveItem] = []
         self._raw = pg.ScatterPlotItem(size=_RAW_SIZE, pen=None, name="raw")
         self._band = QGraphicsPathItem()
@@ -152,10 +152,7 @@ class ProfilePlot(pg.PlotWidget):
         self.addItem(self._raw)
         self._cursor.hide()
         self.plotItem.setContentsMargins(2, 6, 8, 2)
-        self.hideButtons()
-        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         for name in ("left", "bottom"):
-            self.getAxis(name).enableAutoSIPrefix(False)
             self.getAxis(name).setStyle(maxTickLevel=0, hideOverlappingLabels=True)
         self.getAxis("left").setWidth(_LEFT)
         self.getAxis("bottom").setHeight(_BOTTOM)

@@ -13,7 +13,7 @@ from ilf.errors import InputError
 from ilf.evaluation.measuring import angle_between
 from ilf.evaluation.statistics import SurfaceFit, SurfaceStatistics, surface_statistics
 
-from ...widgets.row_table import Row
+from ...widgets.row_table import NumberRow
 
 COLUMNS = (("Raw", "Statistics of the raw depth"), ("Result", "Statistics of the completed depth"))
 _ROWS = (
@@ -40,7 +40,7 @@ Mask = NDArray[np.bool_]
 
 def statistics_of(
     raw: Depth, result: Depth | None, intrinsics: Camera | None, subject: Mask, other: Mask | None
-) -> tuple[list[Row], list[str]]:
+) -> tuple[list[NumberRow], list[str]]:
     """Compute the statistics of a region; called in a worker thread.
 
     Parameters
@@ -53,7 +53,7 @@ def statistics_of(
 
     Returns
     -------
-    list of Row
+    list of NumberRow
     list of str
         Sentences on them.
     """
@@ -70,7 +70,7 @@ def statistics_of(
     columns = [_texts(one) for one in found]
     columns += [[""] * len(_ROWS)] * (len(COLUMNS) - len(found))
     rows = [
-        Row(name, tuple(texts), f"{name}: {hint[0].lower()}{hint[1:]}")
+        NumberRow(name, tuple(texts), f"{name}: {hint[0].lower()}{hint[1:]}")
         for (name, hint), *texts in zip(_ROWS, *columns, strict=True)
     ]
     return rows, list(dict.fromkeys(notes))

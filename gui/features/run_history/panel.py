@@ -35,7 +35,7 @@ from ...work.frame_runs import RunState
 from ...work.run_recorder import RunRecorder
 from ..context import Context
 from ..panel import Panel
-from .table import Column, RunView, values_of
+from .table import RunColumn, RunView, values_of
 
 _MENU = "compare_runs accept_run restore_run | rename_run note_run delete_runs | export_runs clear_runs"
 _BUTTONS = "compare_runs accept_run restore_run | delete_runs export_runs"
@@ -101,12 +101,12 @@ class RunsPanel(Panel):
     @command("rename_run", "Re&name run", icon="ph.pencil-simple", needs=Need.RUNS, why_off=_why_not_one)
     def _rename(self) -> None:
         """Rename the selected run (F2 in the list)."""
-        self._edit_cell(Column.NAME)
+        self._edit_cell(RunColumn.NAME)
 
     @command("note_run", "Edit n&ote", icon="ph.note-pencil", needs=Need.RUNS, why_off=_why_not_one)
     def _write_note(self) -> None:
         """Edit the note on the selected run."""
-        self._edit_cell(Column.VALUES)
+        self._edit_cell(RunColumn.VALUES)
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
@@ -230,7 +230,7 @@ class RunsPanel(Panel):
         there = workspace.current.state.runs
         return [stored for stored in self.view.chosen() if stored in there]
 
-    def _edit_cell(self, column: Column) -> None:
+    def _edit_cell(self, column: RunColumn) -> None:
         """Edit the name or the note of the selected run in the table."""
         for index in self.view.selectionModel().selectedRows(column)[:1]:
             self.view.setCurrentIndex(index)
@@ -239,10 +239,10 @@ class RunsPanel(Panel):
     def _edit(self, stored: StoredRun, column: int, value: Any) -> None:
         """Take what the user has edited in the table: the history changes, then the row."""
         document = self.context.workspace.current
-        if column == Column.COMPARED:
+        if column == RunColumn.COMPARED:
             others = [one for one in document.compared if one is not stored]
             document.compare_runs([*others, stored] if value else others)
-        elif column == Column.VALUES:
+        elif column == RunColumn.VALUES:
             document.change_run(stored, note=value)
         elif value:
             document.change_run(stored, name=value)

@@ -21,7 +21,7 @@ from ...state.run_history import MAX_COMPARED, parameters_text, title_of
 from ...widgets.row_table import Heading, RowTable, TableCell
 
 
-class Column(IntEnum):
+class RunColumn(IntEnum):
     """Columns of the table, from the left."""
 
     COMPARED = 0
@@ -36,9 +36,9 @@ class Column(IntEnum):
 
 
 ERRORS = {
-    Column.GROUND_TRUTH: "ground_truth_error",
-    Column.HOLD_OUT: "hold_out_error",
-    Column.EXPECTED: "expected_error",
+    RunColumn.GROUND_TRUTH: "ground_truth_error",
+    RunColumn.HOLD_OUT: "hold_out_error",
+    RunColumn.EXPECTED: "expected_error",
 }
 """Columns of errors, and the attributes of `StoredRun` with them."""
 
@@ -52,37 +52,37 @@ _BEST = (
     "Accuracy compares runs on the same pixels."
 )
 _HEADINGS: dict[int, Heading] = {
-    Column.COMPARED: Heading(
+    RunColumn.COMPARED: Heading(
         "", f"Compare: show the run beside the current result (max. {MAX_COMPARED}). Click the tick.", kind="tick"
     ),
-    Column.NAME: Heading(
+    RunColumn.NAME: Heading(
         "Run",
         "Name of the run, in its colour in curves and profiles; a dot marks the run whose results are shown "
         "now. Press F2 to rename.",
         kind="edited",
     ),
-    Column.GROUND_TRUTH: Heading(
+    RunColumn.GROUND_TRUTH: Heading(
         "Truth [mm]",
         f"Root mean square error against the frame's ground truth, over the pixels filled by blocks. {_BEST}",
         54,
         "number",
     ),
-    Column.HOLD_OUT: Heading(
+    RunColumn.HOLD_OUT: Heading(
         "Hold-out [mm]",
         "Root mean square error on hold-out depth with the run's parameters: hold-out test in the panel Accuracy. "
         f"{_BEST}",
         62,
         "number",
     ),
-    Column.EXPECTED: Heading("Expected [mm]", f"{RMS_NAME}: {RMS_MEANING}. {_BEST}", 68, "number"),
-    Column.VALUES: Heading(
+    RunColumn.EXPECTED: Heading("Expected [mm]", f"{RMS_NAME}: {RMS_MEANING}. {_BEST}", 68, "number"),
+    RunColumn.VALUES: Heading(
         "Note · values",
         "Your note on the run, the nearest preset, and the differences to it. Double-click to edit the note; runs with "
         "one are not deleted automatically.",
         kind="edited",
     ),
-    Column.SECONDS: Heading("Time [s]", "Duration of the run in seconds.", 60, "number"),
-    Column.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter in all blocks of the run.", 52, "number"),
+    RunColumn.SECONDS: Heading("Time [s]", "Duration of the run in seconds.", 60, "number"),
+    RunColumn.ITERATIONS: Heading("Iter.", "Iterations of the low-pass filter in all blocks of the run.", 52, "number"),
 }
 
 
@@ -97,7 +97,7 @@ def values_of(document: Document, run: StoredRun) -> str:
     return " · ".join(filter(None, (first, ", ".join(filter(None, others)))))
 
 
-def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Column]) -> dict[int, TableCell]:
+def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[RunColumn]) -> dict[int, TableCell]:
     """Return what the table shows of a run; `best` are the errors that no other run has smaller."""
     title, noted = title_of(run.name, document, run.run), " · ".join(filter(None, (run.note, values_of(document, run))))
     seconds = f"{run.seconds:.2f}" if run.seconds else UNKNOWN
@@ -110,8 +110,8 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
     )
     compared = run in document.compared
     return {
-        Column.COMPARED: TableCell(key=not compared, ticked=compared, said=f"Compare {run.name}"),
-        Column.NAME: TableCell(
+        RunColumn.COMPARED: TableCell(key=not compared, ticked=compared, said=f"Compare {run.name}"),
+        RunColumn.NAME: TableCell(
             f"● {title}" if present else title,
             natural(run.name),
             about,
@@ -121,22 +121,22 @@ def _cells(document: Document, run: StoredRun, present: bool, best: frozenset[Co
             said=f"● {title}, current" if present else "",
         ),
         **{column: _error_cell(run, column, column in best) for column in ERRORS},
-        Column.VALUES: TableCell(
+        RunColumn.VALUES: TableCell(
             noted, noted.casefold(), _all_values(run.run.parameters, noted), edited=run.note, said=noted
         ),
-        Column.SECONDS: TableCell(seconds, run.seconds),
-        Column.ITERATIONS: TableCell(str(run.iterations), run.iterations),
+        RunColumn.SECONDS: TableCell(seconds, run.seconds),
+        RunColumn.ITERATIONS: TableCell(str(run.iterations), run.iterations),
     }
 
 
-def _error_cell(run: StoredRun, column: Column, best: bool) -> TableCell:
+def _error_cell(run: StoredRun, column: RunColumn, best: bool) -> TableCell:
     error: float | None = getattr(run, ERRORS[column])
     hint = _HEADINGS[column].hint
     if error is None:
         return TableCell("", math.inf, f"{hint} It has not been computed.")
     if math.isnan(error):
         return TableCell(millimetres(error), math.inf, f"{hint} It is not defined for this run.")
-    if column == Column.HOLD_OUT and run.hold_out_test is not None:
+    if column == RunColumn.HOLD_OUT and run.hold_out_test is not None:
         test = run.hold_out_test
         hint = f"{hint} Hold-out: {test.pattern}, seeds {', '.join(map(str, test.seeds))}."
     text = millimetres(error)
@@ -182,7 +182,7 @@ class RunView(RowTable):
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
         header.setFixedHeight(2 * header.fontMetrics().lineSpacing() + 6)
         header.setMinimumSectionSize(1)
-        header.setSectionResizeMode(Column.VALUES, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(RunColumn.VALUES, QHeaderView.ResizeMode.Stretch)
 
     def show_runs(self, document: Document | None) -> None:
         """Show the runs of a frame, and the columns of the errors that any of them has."""
@@ -197,7 +197,7 @@ class RunView(RowTable):
         self.rows.show_rows(rows)
         for column, error in ERRORS.items():
             known = any(math.isfinite(getattr(run, error) or math.nan) for run in runs)
-            self.setColumnHidden(column, not known and column != Column.EXPECTED)
+            self.setColumnHidden(column, not known and column != RunColumn.EXPECTED)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -207,12 +207,12 @@ class RunView(RowTable):
     def _fit(self) -> None:
         """Give names the width of their texts, or half of what the errors leave, and values the rest; show times and
         iterations, which the hint of the name tells, too, if values leave room for them."""
-        free = self.viewport().width() - sum(map(self.columnWidth, (Column.COMPARED, *ERRORS)))
-        wanted = self.sizeHintForColumn(Column.VALUES)
+        free = self.viewport().width() - sum(map(self.columnWidth, (RunColumn.COMPARED, *ERRORS)))
+        wanted = self.sizeHintForColumn(RunColumn.VALUES)
         most = min(max(free // 2, free - wanted, _NAME), _MOST_NAME, free - 1)
-        name = min(self.sizeHintForColumn(Column.NAME), most)
-        self.setColumnWidth(Column.NAME, name)
+        name = min(self.sizeHintForColumn(RunColumn.NAME), most)
+        self.setColumnWidth(RunColumn.NAME, name)
         left = free - name - wanted
-        for column in (Column.SECONDS, Column.ITERATIONS):
+        for column in (RunColumn.SECONDS, RunColumn.ITERATIONS):
             left -= _HEADINGS[column].width
             self.setColumnHidden(column, left < 0)

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QMouseEvent
 
 from ...base import theme
-from ...views.curves.axes import paint_plot, set_title
+from ...views.curves.axes import Plot, paint_plot, set_title
 from ...widgets.basics import Themed
 
 _MOST_LABELS = 10
@@ -22,7 +22,7 @@ _CLICK_DISTANCE = 40
 """Horizontal distance [px] within which a click hits a point."""
 
 
-class ErrorCurve(Themed, pg.PlotWidget):
+class ErrorCurve(Themed, Plot):
     """Plot with a point per tested value; the best points and the current value are marked.
 
     Signals
@@ -34,7 +34,7 @@ class ErrorCurve(Themed, pg.PlotWidget):
     taken = Signal(int)
 
     def __init__(self) -> None:
-        super().__init__(enableMenu=False)
+        super().__init__()
         self._places: list[float] = []
         self._logarithmic = False
         self.curve = pg.PlotDataItem(antialias=True, connect="finite", symbol="o", symbolSize=7)
@@ -44,13 +44,9 @@ class ErrorCurve(Themed, pg.PlotWidget):
         self.addItem(self.present, ignoreBounds=True)
         self.addItem(self.curve)
         self.addItem(self.best)
-        self.hideButtons()
         self.getViewBox().setMouseEnabled(x=False, y=False)
         self.getViewBox().setDefaultPadding(0.08)
-        for name in ("left", "bottom"):
-            self.getAxis(name).enableAutoSIPrefix(False)
         set_title(self.getAxis("left"), "RMSE [mm]")
-        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setAccessibleName("Error against the value")
         self.setToolTip("Error of every tested value. Click a point to apply its value.")
         self.viewport().setCursor(Qt.CursorShape.PointingHandCursor)

@@ -1,4 +1,4 @@
-"""Axes of plots: lengths on a logarithmic scale, and sums; their titles and colours."""
+"""Plain plots, and their axes: lengths on a logarithmic scale, and sums; their titles and colours."""
 
 from __future__ import annotations
 
@@ -22,6 +22,17 @@ def set_title(axis: pg.AxisItem, text: str, **style: str) -> None:
     axis.resizeEvent()
 
 
+class Plot(pg.PlotWidget):
+    """A plot without menu, buttons and frame, whose axes have no prefixes of units."""
+
+    def __init__(self, **axes: pg.AxisItem) -> None:
+        super().__init__(enableMenu=False, axisItems=axes)
+        self.hideButtons()
+        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
+        for name in ("left", "bottom"):
+            self.getAxis(name).enableAutoSIPrefix(False)
+
+
 def paint_plot(plot: pg.PlotWidget, colours: theme.Colours, font: QFont) -> None:
     """Give a plot's ground and axes the theme's colours, and the axes a font."""
     plot.setBackground(colours.background)
@@ -33,11 +44,10 @@ def paint_plot(plot: pg.PlotWidget, colours: theme.Colours, font: QFont) -> None
 
 
 class _Axis(pg.AxisItem):
-    """Vertical axis of the width that all have, without prefixes of units."""
+    """Vertical axis of the width that all have."""
 
     def __init__(self) -> None:
         super().__init__("left")
-        self.enableAutoSIPrefix(False)
         self.setWidth(_AXIS_WIDTH)
 
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 
 from ...base import theme
-from .axes import paint_plot, set_title
+from .axes import Plot, paint_plot, set_title
 from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
@@ -31,7 +31,7 @@ _TEXT_PLACE = {
 }
 
 
-class ConvergencePlot(pg.PlotWidget):
+class ConvergencePlot(Plot):
     """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
 
     The ranges grow in steps: while they stay the same, new values are drawn quickly.
@@ -62,7 +62,7 @@ class ConvergencePlot(pg.PlotWidget):
     fit_requested = Signal()
 
     def __init__(self, axis: pg.AxisItem, label: str, min_span: float = 0.0, span_name: str = "") -> None:
-        super().__init__(viewBox=pg.ViewBox(enableMenu=False), axisItems={"left": axis}, enableMenu=False)
+        super().__init__(left=axis)
         self._label = label
         self.setAccessibleName(f"Plot: {label or 'errors'}")
         self._least_span = min_span
@@ -78,7 +78,6 @@ class ConvergencePlot(pg.PlotWidget):
         self._span_name = pg.InfLineLabel(self._span.lines[0], span_name, position=0.01, anchors=[(0, 1), (0, 1)])
         self._span_name.setVisible(bool(span_name))
         self.plotItem.setContentsMargins(4, 7, 4, 2)
-        self.hideButtons()
         view = self.getViewBox()
         view.setMouseEnabled(x=True, y=False)
         view.disableAutoRange()
@@ -86,11 +85,9 @@ class ConvergencePlot(pg.PlotWidget):
         self.follows = True
         """Whether all iterations are in view."""
         self._ranges: dict[int, tuple[float, float]] = {}
-        self.getAxis("bottom").enableAutoSIPrefix(False)
         self.getAxis("bottom").setStyle(maxTickLevel=0)
         self.show_axis_labels(True)
         self.set_by_time(False)
-        self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         self.setStatusTip("Wheel or drag: zoom and pan along the iterations. Double-click: show all.")
         self.scene().sigMouseMoved.connect(self._mouse_moved)
 

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.arrays import plain_array
 from ..._runtime.cancellation import acquired, check_cancelled
 from ..._runtime.memory import release_memory
 from ..._runtime.threads import run_beside
+from ...data.arrays import plain_array
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.label_map import SPARSE

@@ -41,30 +41,6 @@ _LEAST_OFF = 1e-3
 _SMALL = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """Logarithm of depth as a function of the guide's value: through nodes, continued by a simple curve beyond them.
-
-    Parameters
-    ----------
-    nodes, logarithms : ndarray
-        Increasing values of the guide, and the logarithm of depth there.
-    simple : SimpleCurve
-    """
-
-    nodes: Values
-    logarithms: Values
-    simple: SimpleCurve
-
-    def __call__(self, values: NDArray[np.floating]) -> Values:
-        """Logarithm of depth."""
-        inside = np.interp(values, self.nodes, self.logarithms)
-        first, last = self.nodes[0], self.nodes[-1]
-        clipped = np.clip(values, first, last)
-        low, high = self.logarithms.min() - np.log(_BEYOND), self.logarithms.max() + np.log(_BEYOND)
-        return np.clip(inside + self.simple(values) - self.simple(clipped), low, high)
-
-
 @dataclass(frozen=True)
 class SimpleCurve:
     """Depth, its logarithm or its inverse as a linear function of the guide's values."""
@@ -79,8 +55,9 @@ class SimpleCurve:
         return line if self.power == 0 else np.log(np.maximum(line, _SMALL)) / self.power
 
 
-def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
-    """Fit the monotone curve, increasing or decreasing, that most samples lie on.
+def fit_curve(values: Values, logarithms: Values, weights: Values) -> Callable[[Array], Values]:
+    """Fit the monotone curve, increasing or decreasing, that most samples lie on: through nodes, and beyond them as a
+    simple curve. It returns the logarithm of depth at values of the guide.
 
     Parameters
     ----------
@@ -107,7 +84,14 @@ def fit_curve(values: Values, logarithms: Values, weights: Values) -> Curve:
     nodes, places = np.unique(nodes, return_index=True)
     rising = simple.slope * (simple.power or 1) >= 0
     fitted = _isotonic(medians[places] if rising else -medians[places], weight[places])
-    return Curve(nodes, fitted if rising else -fitted, simple)
+    heights = fitted if rising else -fitted
+    low, high = heights.min() - np.log(_BEYOND), heights.max() + np.log(_BEYOND)
+
+    def curve(asked: NDArray[np.floating]) -> Values:
+        clipped = np.clip(asked, nodes[0], nodes[-1])
+        return np.clip(np.interp(asked, nodes, heights) + simple(asked) - simple(clipped), low, high)
+
+    return curve
 
 
 _POWERS = {"affine": 1, "affine-inverse": -1}
@@ -230,7 +214,7 @@ def fitted(values: Array, depth: Array, confidence: Array, gives: Gives | None =
     for _ in range(_FITTING_ROUNDS):
         target = (logarithms - factor)[sparse][at].astype(np.float64)
         if gives is None or gives == "relative-inverse":
-            curve: Callable[[Array], Values] = fit_curve(samples[0], target, samples[1])
+            curve = fit_curve(samples[0], target, samples[1])
         else:
             curve = fit_line(gives, samples[0], target, samples[1])
         by_curve = curve(np.where(has_value, values, np.float32(0))).astype(np.float32)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.arrays import check_shape
 from ..._runtime.files import read_json
+from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...errors import InputError, ParameterError, warn_of_reading
 from ...io.frame_additions import is_ground_truth

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
+from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box, checked_labels, find_blocks
 from ...data.pixel_grids import (

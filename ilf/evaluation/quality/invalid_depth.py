@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes, find_objects
 
-from ..._runtime.arrays import check_shape
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
+from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
 from ...data.pixel_grids import nearest_values, piece_sizes, sides

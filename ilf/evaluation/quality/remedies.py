@@ -202,10 +202,10 @@ def _of_error(place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[
     holes = connected_regions((inside & missing).astype(np.int32), diagonal=True)
     hole = holes == holes[int(y), int(x)]
     try:
-        depth, plane = continue_plane(frame.depth, inside & ~suggested, hole & inside & missing)
+        depth, share = continue_plane(frame.depth, inside & ~suggested, hole & inside & missing)
     except InputError:  # too little known depth, or it is no plane there
         return
-    if plane.share >= _SAME_SHARE:
+    if share >= _SAME_SHARE:
         yield Remedy("plane", f"Continue the plane of Block {label}", by_hand=depth)
 
 

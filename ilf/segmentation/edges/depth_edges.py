@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.arrays import check_shape
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
+from ...data.arrays import check_shape
 from ...data.pixel_grids import nearest_values
 from ...errors import FormatError
 from .detectors import at_scales, check_image, within_range

@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, within
-from ...data.pixel_grids import odd_even_fill
+from ...data.label_map import Box, Region, box_between, cropped, enclosed, within
 from ..edges.detectors import colour_gradient
 from ..edges.relief import filled_depth
 from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, Points, bounds, box_between, grown, patch_within, unlocked_pixels
+from .patches import LabelPatch, Labels, Mask, Points, grown, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.
 
 
-@dataclass(frozen=True, eq=False)
-class Stroke:
-    """Pixels of a brush stroke: a box of the frame and a mask inside it."""
-
-    box: Box
-    mask: Mask
-
-
-def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Stroke | None:
+def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Region | None:
     """Pixels whose centre lies within `radius` [px] of the line through `points`; None if all are outside the frame.
 
     The pixel under each end of a segment always belongs to it, so a tiny brush still paints.
@@ -48,10 +38,10 @@ def brush_stroke(shape: tuple[int, int], points: Points, radius: float) -> Strok
         row, column = int(np.floor(y)) - box[0].start, int(np.floor(x)) - box[1].start
         if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1]:
             mask[row, column] = True
-    return Stroke(box, mask) if mask.any() else None
+    return Region(box, mask) if mask.any() else None
 
 
-def paint(labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
+def paint(labels: Labels, stroke: Region, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
     """Give the stroke's pixels to a block (0: to no block), except those of locked blocks."""
     before = labels[stroke.box]
     return patch_within(stroke.box, before, np.where(stroke.mask & unlocked_pixels(before, locked), label, before))
@@ -62,10 +52,8 @@ def give(labels: Labels, piece_mask: Mask, label: int, locked: Collection[int] =
 
     None also if the block itself is locked.
     """
-    box = bounds(piece_mask)
-    if box is None or label in locked:
-        return None
-    return paint(labels, Stroke(box, piece_mask[box]), label, locked)
+    piece = cropped(piece_mask)
+    return None if piece is None or label in locked else paint(labels, piece, label, locked)
 
 
 def assign_outline(labels: Labels, points: Points, label: int, locked: Collection[int] = ()) -> LabelPatch | None:
@@ -84,21 +72,8 @@ def assign_outline(labels: Labels, points: Points, label: int, locked: Collectio
     """
     if label in locked:
         return None
-    inside = inside_outline(labels.shape, points)
+    inside = enclosed(points, labels.shape)
     return None if inside is None else paint(labels, inside, label, locked)
-
-
-def inside_outline(shape: tuple[int, ...], points: Points) -> Stroke | None:
-    """Pixels whose centre a closed line encloses, an odd number of times where it crosses itself; None for none."""
-    line = np.asarray(points, np.float64).reshape(-1, 2)
-    if len(line) < 3:
-        return None
-    box = box_between(line.min(axis=0), line.max(axis=0), shape)
-    if box is None:
-        return None
-    corner = box[1].start, box[0].start
-    mask = odd_even_fill(line - corner, (box[0].stop - corner[1], box[1].stop - corner[0]))
-    return Stroke(box, mask) if mask.any() else None
 
 
 # Erasing pixels from a block: they go to no block, or to the best-fitting neighbours.
@@ -114,14 +89,14 @@ _AROUND = 4
 
 
 def erase(
-    labels: Labels, stroke: Stroke, label: int, locked: Collection[int] = (), frame: RGBDFrame | None = None
+    labels: Labels, stroke: Region, label: int, locked: Collection[int] = (), frame: RGBDFrame | None = None
 ) -> LabelPatch | None:
     """Remove the stroke's pixels from one block.
 
     Parameters
     ----------
     labels : ndarray of int32, shape (H, W)
-    stroke : Stroke
+    stroke : Region
     label : int
         The block.
     locked : collection of int

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, labels_in, whole, within
+from ...data.label_map import Box, bounds, labels_in, moved, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
@@ -64,21 +64,6 @@ def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
     )
 
 
-def bounds(mask: Mask) -> Box | None:
-    """The bounding box of a mask; None if it is empty."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    if rows.size == 0:
-        return None
-    columns = np.flatnonzero(mask[rows[0] : rows[-1] + 1].any(axis=0))
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
-
-def moved(box: Box, down: int, right: int) -> Box:
-    """A box moved by a number of pixels."""
-    rows, columns = box
-    return slice(rows.start + down, rows.stop + down), slice(columns.start + right, columns.stop + right)
-
-
 def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
     """A box enlarged by a number of pixels on each side, clipped to the image."""
     rows, columns = box
@@ -86,13 +71,6 @@ def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
         slice(max(rows.start - by, 0), min(rows.stop + by, shape[0])),
         slice(max(columns.start - by, 0), min(columns.stop + by, shape[1])),
     )
-
-
-def box_between(low: NDArray[np.floating], high: NDArray[np.floating], shape: tuple[int, ...]) -> Box | None:
-    """The pixels from one point (x, y) to another, clipped to the image; None if there are none."""
-    left, top = np.floor(np.maximum(low, 0)).astype(int).tolist()
-    right, bottom = np.ceil(np.minimum(high, shape[1::-1])).astype(int).tolist()
-    return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None
 
 
 def box_of(labels: Labels, label: int, rim: int = 0) -> Box | None:

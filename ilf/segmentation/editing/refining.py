@@ -16,11 +16,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
 from ...data.frame import RGBDFrame
-from ...data.label_map import within
+from ...data.label_map import Region, within
 from ...data.pixel_grids import connected_regions, neighbours
 from ..edges.relief import filled_depth
 from ..flooding import flood
-from .painting import Stroke
 from .patches import LabelPatch, Labels, Mask, grown, patch_within, unlocked_pixels
 from .snapping import smooth_lab
 
@@ -46,7 +45,7 @@ _SHARPNESS = 0.2
 
 
 def refine_borders(
-    frame: RGBDFrame, evidence: NDArray[np.float32], labels: Labels, band: Stroke, locked: Collection[int] = ()
+    frame: RGBDFrame, evidence: NDArray[np.float32], labels: Labels, band: Region, locked: Collection[int] = ()
 ) -> LabelPatch | None:
     """Divide the pixels of a band anew among the blocks in it, by edges, colour and depth.
 
@@ -57,7 +56,7 @@ def refine_borders(
         Evidence for a border at every pixel, about 1 where it is certain (`border_evidence`).
     labels : ndarray of int32, shape (H, W)
         The label map; 0, no block, is divided like the blocks.
-    band : Stroke
+    band : Region
         The band. Pixels outside it do not change.
     locked : collection of int
         Blocks that must not change.

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._runtime.arrays import check_shape
 from ..._runtime.cancellation import check_cancelled
+from ...data.arrays import check_shape
 from ...data.camera import checked_transform
 from ...data.frame import RGBDFrame
 from ...data.label_map import checked_drawn, checked_labels, labels_in

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
-from gui.features.blocks.table import BlockRow, BlockTable, Column
+from gui.features.blocks.table import BlockColumn, BlockRow, BlockTable
 from gui.state.blocks import BlockCounts
 from ilf.data.blocks import BlockInfo
 
@@ -48,17 +48,17 @@ def table(shown, edits):
     return shown(table, 700, 300)
 
 
-def _centre(table: BlockTable, row: int, column: Column) -> QPoint:
+def _centre(table: BlockTable, row: int, column: BlockColumn) -> QPoint:
     return table.visualRect(table.model().index(row, column)).center()
 
 
 def _names(table: BlockTable) -> list[str]:
     model = table.model()
-    return [model.index(row, Column.NAME).data() for row in range(model.rowCount())]
+    return [model.index(row, BlockColumn.NAME).data() for row in range(model.rowCount())]
 
 
 def test_selection_and_sorting_outlive_new_rows(table, qtbot):
-    table.sortByColumn(Column.PIXELS, Qt.SortOrder.DescendingOrder)
+    table.sortByColumn(BlockColumn.PIXELS, Qt.SortOrder.DescendingOrder)
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.labelsSelected):
         table.set_rows([row for row in _rows(14) if row.label != 7])
@@ -74,14 +74,14 @@ def test_select_has_no_echo_and_clicks_do(table, qtbot):
         table.select([2, 9, 99])
     assert table.chosen() == [2, 9]
     with qtbot.waitSignal(table.labelsSelected) as blocker:
-        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, Column.MISSING))
+        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, BlockColumn.MISSING))
     assert blocker.args == [[4]]
 
 
 def test_swatch_opens_the_colour_dialog(table, edits, qtbot, monkeypatch):
     answers = [QColor(), QColor(1, 2, 3)]
     monkeypatch.setattr(QColorDialog, "getColor", lambda *_: answers.pop(0))
-    viewport, at = table.viewport(), _centre(table, 0, Column.COLOUR)
+    viewport, at = table.viewport(), _centre(table, 0, BlockColumn.COLOUR)
     qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
     assert edits.made == []
     qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=at)
@@ -92,7 +92,7 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, edits, qtbo
     table.select([2, 3])
     qtbot.keyClick(table, Qt.Key.Key_F2)
     editor = table.viewport().findChild(QLineEdit)
-    assert editor.text() == table.model().index(1, Column.NAME).data()
+    assert editor.text() == table.model().index(1, BlockColumn.NAME).data()
     qtbot.keyClicks(editor, "Context")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: edits.made == [(2, {"name": "Context"})])
@@ -105,30 +105,30 @@ def test_keyboard_renames_and_shows_and_space_changes_nothing(table, edits, qtbo
 
 
 def test_the_rest_of_the_columns_comes_on_demand_and_is_remembered(table, edits, qtbot):
-    assert [column for column in Column if not table.isColumnHidden(column)] == list(Column)[:7]
+    assert [column for column in BlockColumn if not table.isColumnHidden(column)] == list(BlockColumn)[:7]
     entries = {action.text(): action for action in table.column_menu().actions()}
     entries["Pixels"].setChecked(True)
     entries["Locked"].setChecked(False)
-    assert table.columnWidth(Column.NAME) + sum(
-        table.columnWidth(column) for column in Column if column != Column.NAME
+    assert table.columnWidth(BlockColumn.NAME) + sum(
+        table.columnWidth(column) for column in BlockColumn if column != BlockColumn.NAME
     ) == pytest.approx(table.viewport().width(), abs=2)
     other = BlockTable(edits)
     qtbot.addWidget(other)
-    assert not other.isColumnHidden(Column.PIXELS)
-    assert other.isColumnHidden(Column.LOCKED)
+    assert not other.isColumnHidden(BlockColumn.PIXELS)
+    assert other.isColumnHidden(BlockColumn.LOCKED)
 
 
 def test_names_sort_by_number_and_missing_sigma_comes_last(table):
-    table.sortByColumn(Column.NAME, Qt.SortOrder.AscendingOrder)
+    table.sortByColumn(BlockColumn.NAME, Qt.SortOrder.AscendingOrder)
     assert _names(table)[1::8] == ["Block 2", "Block 10"]
     rows = _rows(3)
     table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
-    table.sortByColumn(Column.SIGMA, Qt.SortOrder.AscendingOrder)
+    table.sortByColumn(BlockColumn.SIGMA, Qt.SortOrder.AscendingOrder)
     assert _names(table) == ["Block 3", "Block 2", "Block 1"]
 
 
 def test_enter_ends_a_name_and_shows_no_block(table, edits, qtbot):
-    table.setCurrentIndex(table.model().index(1, Column.NAME))
+    table.setCurrentIndex(table.model().index(1, BlockColumn.NAME))
     table.rename()
     editor = table.findChild(QLineEdit)
     qtbot.keyClicks(editor, "Wall")

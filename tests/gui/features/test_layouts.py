@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from gui.app.main_window import MainWindow
-from gui.features.layouts import Arrangement, Layout, LayoutsFeature, LayoutStore
+from gui.features.layouts import Arrangement, LayoutsFeature, LayoutStore, NamedArrangement
 from gui.widgets.docks import Docks, PanelGroup
 
 
@@ -125,7 +125,7 @@ def test_layouts_are_kept_and_damaged_ones_are_left_out(qapp):
     store = LayoutStore(persistent=True)
     store.present = "own_1"
     store.changed["standard"] = replace(arrangement, panels=None)
-    store.put("own_1", Layout("Mine", arrangement))
+    store.put("own_1", NamedArrangement("Mine", arrangement))
     kept = LayoutStore(persistent=True)
     assert (kept.present, kept.own, kept.left("standard").panels) == ("own_1", store.own, None)
     assert kept.left("own_1") == arrangement

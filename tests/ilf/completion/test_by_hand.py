@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
-from ilf.completion.continuation import continue_plane, fit_plane_in_depth, nearer_or_farther
+from ilf.completion.continuation import continue_plane, nearer_or_farther
 from ilf.data.by_hand import DepthByHand
 from ilf.data.results import Status
 from ilf.errors import InputError
@@ -70,10 +70,10 @@ def test_a_block_without_known_depth_is_completed_from_it():
 
 def test_a_continued_plane_gives_the_plane():
     frame = _frame()
-    surface, plane = continue_plane(frame.depth, ~HOLE, HOLE)
+    surface, share = continue_plane(frame.depth, ~HOLE, HOLE)
     np.testing.assert_allclose(surface[HOLE], PLANE[HOLE], rtol=1e-5)
     assert np.isnan(surface[~HOLE]).all()
-    assert plane.share == 1
+    assert share == 1
     labels = np.where(HOLE, 2, 1).astype(np.int32)
     for where in (ONE, labels):
         result = ilf.complete(frame, where, QUICK, by_hand=surface)
@@ -84,13 +84,13 @@ def test_a_plane_is_fitted_through_most_of_the_depth():
     rng = np.random.default_rng(3)
     noisy = PLANE * (1 + 0.002 * rng.standard_normal(SHAPE)).astype(np.float32)
     noisy[rng.random(SHAPE) < 0.4] = 3.5
-    plane = fit_plane_in_depth(np.where(HOLE, np.float32(np.nan), noisy), np.ones(SHAPE, bool))
-    np.testing.assert_allclose(plane.depth(HOLE)[HOLE], PLANE[HOLE], rtol=2e-3)
-    assert 0.5 < plane.share < 0.7
+    found, share = continue_plane(np.where(HOLE, np.float32(np.nan), noisy), np.ones(SHAPE, bool), HOLE)
+    np.testing.assert_allclose(found[HOLE], PLANE[HOLE], rtol=2e-3)
+    assert 0.5 < share < 0.7
     with pytest.raises(InputError, match="at least 12 pixels"):
-        fit_plane_in_depth(PLANE, (ROWS == 3) & (COLUMNS < 5))
+        continue_plane(PLANE, (ROWS == 3) & (COLUMNS < 5), HOLE)
     with pytest.raises(InputError, match="on a line"):
-        fit_plane_in_depth(PLANE, ROWS == 3)
+        continue_plane(PLANE, ROWS == 3, HOLE)
     steep = (1 / np.maximum(0.6 - 0.03 * COLUMNS, 0.05)).astype(np.float32)
     with pytest.raises(InputError, match="behind the camera"):
         continue_plane(steep, COLUMNS < 15, COLUMNS > 40)

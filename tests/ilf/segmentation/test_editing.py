@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
 
 from ilf.data.frame import RGBDFrame
+from ilf.data.label_map import Region, enclosed
 from ilf.segmentation.editing.borders import redraw_border
 from ilf.segmentation.editing.cleaning import (
     clean_up,
@@ -25,7 +26,7 @@ from ilf.segmentation.editing.cleaning import (
     tidied,
 )
 from ilf.segmentation.editing.cutting import cut_off, extend_to_boundary, split
-from ilf.segmentation.editing.painting import Stroke, assign_outline, brush_stroke, erase, give, inside_outline, paint
+from ilf.segmentation.editing.painting import assign_outline, brush_stroke, erase, give, paint
 from ilf.segmentation.editing.patches import patch_between
 
 SHAPE = (14, 17)
@@ -180,7 +181,7 @@ steps = st.tuples(
 
 
 def _edit(labels, kind, points, label, size, locked):
-    stroke = brush_stroke(SHAPE, points, size) or Stroke((slice(0, 1), slice(0, 1)), np.zeros((1, 1), bool))
+    stroke = brush_stroke(SHAPE, points, size) or Region((slice(0, 1), slice(0, 1)), np.zeros((1, 1), bool))
     swept = np.zeros(SHAPE, bool)
     swept[stroke.box] = stroke.mask
     return EDITS[kind](labels, SimpleNamespace(points=points, size=size, stroke=stroke, swept=swept), label, locked)
@@ -226,10 +227,10 @@ def test_an_outline_takes_the_pixels_whose_centre_it_goes_around():
     wanted = np.zeros_like(labels)
     wanted[3:7, 2:8] = 7
     assert np.array_equal(after, wanted)
-    bow_tie = inside_outline((10, 10), [(0, 0), (10, 10), (10, 0), (0, 10)])
+    bow_tie = enclosed([(0, 0), (10, 10), (10, 0), (0, 10)], (10, 10))
     assert (bow_tie.mask[5, 1], bow_tie.mask[5, 8], bow_tie.mask[1, 5]) == (True, True, False)
     for line in ([], [(2.0, 2.0), (8.0, 8.0)], [(20.0, 1.0), (30.0, 1.0), (25.0, 9.0)]):
-        assert inside_outline((10, 10), line) is None
+        assert enclosed(line, (10, 10)) is None
     assert assign_outline(labels, [(0, 0), (9, 0), (9, 9)], 7, locked={7}) is None
 
 
@@ -357,12 +358,12 @@ def test_erased_pixels_go_to_the_neighbour_they_fit():
     labels[:, 20:40] = 2
     labels[:, 40:] = 3
     frame = RGBDFrame(rgb, np.where(rgb[..., 0] > 0, 2.0, 1.0))
-    stroke = Stroke((slice(8, 22), slice(20, 40)), np.ones((14, 20), bool))
+    stroke = Region((slice(8, 22), slice(20, 40)), np.ones((14, 20), bool))
     after = _applied(labels, erase(labels, stroke, 2, frame=frame))
     assert np.isin(after[8:22, 20:40], (1, 3)).all()
     assert (after[8:22, 20:23] == 1).all()
     assert (after[8:22, 25:40] == 3).all()
-    hole = Stroke((slice(10, 14), slice(28, 32)), np.ones((4, 4), bool))
+    hole = Region((slice(10, 14), slice(28, 32)), np.ones((4, 4), bool))
     assert (_applied(labels, erase(labels, hole, 2, frame=frame))[10:14, 28:32] == 0).all(), "no neighbour is near"
 
 

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.formatting import size_text
 from ..errors import InputError
-from .formatting import size_text
 
 Array = TypeVar("Array", bound=NDArray[Any])
 
