@@ -264,3 +264,21 @@ def test_names_that_could_leave_a_folder_are_left_out(memory, tmp_path):
     for name in ("../../evil.png", "rgb/.hidden.png", "rgb//empty.png", "rgb\\back.png", "rgb/query.png?C=N"):
         memory.store[f"/data/in/{name}"] = memory.store["/data/in/rgb/0000.png"]
     assert sorted(RemoteFiles(address).find()) == ["depth/0000.png", "rgb/0000.png"]
+
+
+def test_of_a_file_that_is_too_large_no_more_than_the_limit_is_taken(memory, monkeypatch):
+    """Whatever is stored under a name that a stranger's frame has."""
+    memory.pipe({"/data/large.png": bytes(10_000), "/data/empty.png": b""})
+    monkeypatch.setattr("ilf._runtime.addresses.MAX_FILE_BYTES", 1000)
+    taken, cat_file = [], type(memory).cat_file
+
+    def noting(*given: object, **named: object) -> bytes:
+        taken.append(content := cat_file(*given, **named))
+        return content
+
+    monkeypatch.setattr(type(memory), "cat_file", noting)
+    files = RemoteFiles("memory://data")
+    with pytest.raises(FormatError, match="more than 1 GiB"):
+        files.read("large.png")
+    assert files.read_all(["empty.png"], ["missing.png"]) == [b"", None]
+    assert max(map(len, taken)) < 1100
