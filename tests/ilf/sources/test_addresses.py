@@ -117,6 +117,13 @@ def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path, monkeypatch
                 np.testing.assert_array_equal(here[key].measured, there[key].measured)
 
 
+def test_a_page_of_links_that_never_ends_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("ilf._runtime.web._MAX_PAGE_BYTES", 1000)
+    (tmp_path / "index.html").write_text('<a href="rgb.png">rgb.png</a>' * 100)
+    with serving_folder(tmp_path) as (address, _), pytest.raises(InputError, match="a page of more than"):
+        RemoteFiles(address).find()
+
+
 def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path, capsys):
     pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
     frames = write_frames(tmp_path / "in", 1)
