@@ -253,5 +253,5 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
 )
 def test_a_recording_that_is_packed_as_a_whole_is_to_be_unpacked(tmp_path, name, start):
     (tmp_path / name).write_bytes(start)
-    with pytest.raises(InputError, match="not a recording that is read .*Unpack it, and give the files in it"):
+    with pytest.raises(InputError, match=r"not a recording that is read .*Unpack it, and give the files in it"):
         open_source(tmp_path / name)
