@@ -220,8 +220,9 @@ class RemoteFiles:
             If they are larger.
         """
         every = [*names, *wanted]
+        paths, most = [self._path(name) for name in every], MAX_FILE_BYTES + 1  # of a larger one, no more is taken
         with self._reported(self.address):
-            found = self._driver.cat_ranges([self._path(name) for name in every], None, None, on_error="return")
+            found = self._driver.cat_ranges(paths, [0] * len(paths), [most] * len(paths), on_error="return")
         contents: list[bytes | None] = []
         for number, (name, content) in enumerate(zip(every, found, strict=True)):
             if number >= len(names) and isinstance(content, FileNotFoundError | PermissionError):
@@ -229,7 +230,10 @@ class RemoteFiles:
                 continue
             with self._reported(self.address / name):
                 if isinstance(content, BaseException):
-                    raise content
+                    is_final = isinstance(content, FileNotFoundError | PermissionError | TimeoutError)
+                    if is_final or self._driver.info(self._path(name))["size"] != 0:
+                        raise content
+                    content = b""  # stores have no pieces of an empty file
             contents.append(content)
         if sum(len(content or b"") for content in contents) > MAX_FILE_BYTES:
             raise FormatError(f"{self.address} has more than 1 GiB to be read at a time. Is this the right file?")

@@ -9,11 +9,11 @@ import aiohttp
 from fsspec.asyn import sync
 from fsspec.implementations.http import HTTPFileSystem, HTTPStreamFile
 
-from ..errors import FormatError
-from .files import MAX_FILE_BYTES
-
 CONNECT_S, SILENCE_S = 10.0, 30.0
 """Time limits of a connection, and of waiting for more bytes [s]."""
+
+_MAX_PAGE_BYTES = 2**26
+"""Maximum size of a page of links."""
 
 _RANGE = re.compile(r"bytes=(\d+)-(\d+)")
 
@@ -24,11 +24,11 @@ class _Response(aiohttp.ClientResponse):
     async def read(self) -> bytes:
         if self._body is None:
             asked = _RANGE.fullmatch(self.request_info.headers.get("Range", ""))
-            first, last = (0, MAX_FILE_BYTES) if asked is None else map(int, asked.groups())
+            first, last = (0, _MAX_PAGE_BYTES) if asked is None else map(int, asked.groups())
             skipped = 0 if self.status == 206 else first  # some servers send whole files
             self._body = await self._read_piece(skipped, last + 1 - first)
-            if len(self._body) > MAX_FILE_BYTES:
-                raise FormatError(f"{self.url} has more than 1 GiB. Is this the right file?")
+            if asked is None and len(self._body) > _MAX_PAGE_BYTES:
+                raise OSError(f"it is a page of more than {_MAX_PAGE_BYTES / 2**20:g} MiB")
         return self._body
 
     async def _read_piece(self, start: int, size: int) -> bytes:

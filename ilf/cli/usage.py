@@ -57,6 +57,7 @@ _MEANINGS = {
     "ply pcd point-cloud cloud-format": ("--cloud", "ilf complete writes a point cloud without an option."),
     "run fill inpaint process infer predict": ("complete",),
     "gui window view open display": ("The window is ilf-gui.",),
+    "live play": ("`ilf-gui --live SOURCE` plays in the window, `ilf capture DIR` writes a frame of the camera.",),
     "eval score test": ("evaluate",),
     "segment extract": ("blocks",),
     "demo example": ("sample", "--sample"),

@@ -163,6 +163,10 @@ def connected_regions(values: NDArray[np.integer], *, background: int = 0, diago
     return (np.cumsum(counted, dtype=np.int32) * counted)[region_of][run_at]
 
 
+_CROSSINGS = 2**20
+"""Crossings of a line and rows that are computed at a time."""
+
+
 def odd_even_fill(line: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Pixels of an image whose centre a closed line (n, 2) of (x, y) encloses an odd number of times.
 
@@ -175,13 +179,21 @@ def odd_even_fill(line: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[
     first = np.clip(np.ceil(upper[:, 1] - 0.5), 0, height).astype(np.intp)
     stop = np.clip(np.ceil(lower[:, 1] - 0.5), 0, height).astype(np.intp)
     crossed = np.maximum(stop - first, 0)
-    edge = np.repeat(np.arange(len(line)), crossed)
-    row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed, crossed) + first[edge]
-    (x0, y0), (x1, y1) = upper[edge].T, lower[edge].T
-    x = x0 + (row + 0.5 - y0) / (y1 - y0) * (x1 - x0)
-    column = np.clip(np.ceil(x - 0.5), 0, width).astype(np.intp)
-    turns = np.bincount(row * (width + 1) + column, minlength=height * (width + 1)).reshape(height, width + 1)
-    return np.cumsum(turns[:, :width], axis=1) % 2 > 0
+    turns = np.zeros(height * (width + 1), bool)
+    for edges in np.split(np.arange(len(line)), _parts_of(crossed)):
+        counts = crossed[edges]
+        edge = np.repeat(edges, counts)
+        row = np.arange(edge.size) - np.repeat(np.cumsum(counts) - counts, counts) + first[edge]
+        (x0, y0), (x1, y1) = upper[edge].T, lower[edge].T
+        x = x0 + (row + 0.5 - y0) / (y1 - y0) * (x1 - x0)
+        column = np.clip(np.ceil(x - 0.5), 0, width).astype(np.intp)
+        turns ^= np.bincount(row * (width + 1) + column, minlength=turns.size) % 2 > 0
+    return np.logical_xor.accumulate(turns.reshape(height, width + 1)[:, :width], axis=1)
+
+
+def _parts_of(counts: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where to divide edges so that those of a part have about `_CROSSINGS` crossings, which fit into memory."""
+    return np.searchsorted(np.cumsum(counts), np.arange(_CROSSINGS, counts.sum(), _CROSSINGS))
 
 
 def drawn_from(mask: NDArray[np.bool_], rng: np.random.Generator, chosen: slice) -> NDArray[np.bool_]:

@@ -141,7 +141,8 @@ def _timed_files(path: Path, count: int) -> list[list[tuple[float, str]]]:
         if not text or text.startswith("#"):
             continue
         words = text.split(maxsplit=1) if count == 1 else text.split()  # the last name may have blanks
-        told = f"{path}, line {number} must be {' and '.join(count * ['a time and a file'])}, not {line!r:.80}."
+        wanted = "a time and a file" if count == 1 else "a time and a file for colour and for depth"
+        told = f"{path}, line {number} must be {wanted}, not {line!r:.80}."
         with told_as(FormatError, told, (ValueError, IndexError)):
             files = [(float(words[2 * at]), words[2 * at + 1].strip()) for at in range(count)]
             if not all(math.isfinite(time) and _is_file_name(name) for time, name in files):

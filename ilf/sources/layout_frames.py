@@ -64,8 +64,10 @@ class LayoutFrames:
         files = self._files(layout.rgb), self._files(layout.depth, is_depth=True)
         self.counts = tuple(map(len, files))
         """Numbers of files that match the patterns of colour and depth."""
-        self.unmatched, self.frames = (0, 0), self._matched(*files) if all(files) else []
-        """Numbers of colour and depth files without the other; those that belong together."""
+        self.unmatched = 0, 0
+        """Numbers of colour and depth files without the other."""
+        self.frames = self._matched(*files) if all(files) else []
+        """Colour and depth files that belong together."""
         self.not_found: tuple[str, ...] = ()
         """Keys of the layout of whose files none was found, after `sources`."""
 

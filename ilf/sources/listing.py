@@ -214,7 +214,8 @@ def _check_folder(folder: Path) -> None:
     except NotADirectoryError:
         open_file(folder).close()  # a pipe or a device is named as such
         kind, remedy = kind_at(folder) or ("a file", "")
-        remedy = remedy if remedy == UNPACK else "Give such one, or the folder that contains the frames."
+        is_packed = "unpack it" in remedy.lower()
+        remedy = UNPACK if is_packed else "Give such one, or the folder that contains the frames."
         told = f"{folder} is {kind}, but not a recording that is read ({', '.join(recording_suffixes())}). {remedy}"
         raise InputError(source_plugins().with_notes(told)) from None
     except FileNotFoundError:

@@ -18,8 +18,8 @@ from ..errors import IlfError
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics
 from .times import MAX_TIME_GAP_S
 
-SECONDS, BYTES_PER_SECOND = 20.0, 2**24
-"""Time limit of each answer: 20 s, and more for large files, which may be on a slow disk."""
+SECONDS, BYTES_PER_SECOND = 10.0, 2**24
+"""Time limit of each answer: 10 s, and more for large files, which may be on a slow disk."""
 LEAST_MEMORY, MEMORY_PER_BYTE = 800 * 2**20, 8
 """Limit of the memory of each answer [bytes], and what a byte of the files adds to it, up to the limit of children."""
 

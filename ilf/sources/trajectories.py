@@ -223,9 +223,7 @@ def _conf(content: FileContent) -> Trajectory:
 
 def _transforms(content: FileContent) -> Trajectory:
     if content.path.name == CAMERA_FILE:
-        scene = read_cameras(content.path).items()
-        stated = {f"{number:06}": {"K": [*camera.numbers], "depth_scale": scale} for number, (camera, scale) in scene}
-        return Trajectory(cameras=stated)
+        return Trajectory(cameras=_of_scene(content.path))
     data = read_json(content)
     data = data if isinstance(data, dict) else {}
     if "t_00" in data:
@@ -248,6 +246,15 @@ def _transforms(content: FileContent) -> Trajectory:
     scale = data.get("depth_unit_scale_factor", data.get("integer_depth_scale"))
     units = None if scale is None else checked_units(1 / float(scale))
     return Trajectory(by_name=poses, cameras=cameras, depth_files=depth_files, depth_units=units)
+
+
+def _of_scene(path: Path) -> dict[str, Any]:
+    """The cameras of a scene of BOP by the names of images, which have six digits, or those of an export fewer."""
+    found: dict[str, Any] = {}
+    for number, (camera, scale) in read_cameras(path).items():
+        stated = {"K": [*camera.numbers], "depth_scale": scale}
+        found |= {f"{number:0{digits}}": stated for digits in range(1, 7)}
+    return found
 
 
 def _of_scannetpp(name: str, stated: Mapping[str, Any]) -> dict[str, Any]:

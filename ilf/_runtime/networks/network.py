@@ -24,8 +24,8 @@ from .session import RefusedInputError, Session, device
 
 Answer = TypeVar("Answer")
 
-_IN_OTHER_FILE = re.compile(rb"\x6a[\0-\xff]{1,3}\x0a\x08location\x12")
-"""How weights in another file are named: the field 13 of a tensor in the protocol buffer."""
+_IN_OTHER_FILE = re.compile(rb"location(?<=[\x08\0]location)")
+"""How weights in another file are named, wherever it stands: the word and its length, which may be written longer."""
 
 TRIAL_S, _LONGEST_S = 30.0, 3600.0
 """Time limits of a network of the user for small images, as it is tried with, and for others [s]."""

@@ -482,6 +482,7 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
     [
         ("", "COMMAND"),
         ("complet", "There is no command 'complet'. Did you mean complete? See ilf --help."),
+        ("live a.bag", "There is no command 'live'. `ilf-gui --live SOURCE` plays in the window, `ilf capture DIR`"),
         ("fly", "There is no command 'fly'. Choose from complete, batch, "),
         ("version", "There is no command 'version'. Did you mean --version?"),
         ("presets", "`ilf info --presets` lists the presets."),

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import tracemalloc
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ from hypothesis.extra import numpy as hnp
 
 from ilf.errors import ExportError, FormatError, InputError
 from ilf.io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
-from ilf.io.polygons import compressed, outline_polygons, run_lengths
+from ilf.io.polygons import compressed, filled_polygon, outline_polygons, run_lengths
 
 SHAPE = (4, 6)
 MAPS = hnp.arrays(
@@ -247,6 +248,20 @@ def test_a_line_that_crosses_the_image_too_often_is_refused(tmp_path):
     zigzag = labelme(shape_of([[1, 0], [2, 1000]] * 50_000), imageHeight=1000, imageWidth=3)
     with pytest.raises(InputError, match="too often"):
         read_blocks(saved(tmp_path, zigzag), shape)
+
+
+def test_a_line_that_crosses_the_image_often_is_filled_in_bounded_memory():
+    """Of a small file."""
+    height, width = 1500, 2000
+    x = np.linspace(0.0, width, 3800)
+    zigzag = np.column_stack((x, np.where(np.arange(x.size) % 2, 0.0, height)))
+    tracemalloc.start()
+    part = filled_polygon(zigzag, "a line", (height, width))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert part is not None
+    assert part.mask.mean() == pytest.approx(1 / 3, abs=0.01)
+    assert peak < 250e6
 
 
 def test_folders_and_files_that_are_none(tmp_path):

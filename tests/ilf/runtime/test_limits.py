@@ -101,7 +101,7 @@ def server(monkeypatch):
     web = pytest.importorskip("ilf._runtime.web", reason="fsspec or aiohttp is not installed (extra dev)")
     monkeypatch.setattr(web, "SILENCE_S", 0.5)
     web.WebFiles.clear_instance_cache()  # a driver has the limits of the time when it was made
-    for module in ("files", "addresses", "web"):
+    for module in ("files", "addresses"):
         monkeypatch.setattr(f"ilf._runtime.{module}.MAX_FILE_BYTES", LIMIT)
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as found:
         found.daemon_threads, found.sent, found.released = True, 0, threading.Event()

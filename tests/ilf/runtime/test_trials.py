@@ -73,12 +73,20 @@ def kill_if_large(
 
 OWN = [node("Sigmoid", ["image"], "all"), node("ReduceMean", ["all"], "strength", axes=[1])]
 NODE = node("Abs", ["image"], "strength")
-EXTERNAL = message(13, message(1, "location") + message(2, "../../../etc/passwd"))
+KEY, VALUE = message(1, "location"), message(2, "../../../etc/passwd")
+EXTERNAL = {
+    "usual": KEY + VALUE,
+    "value first": VALUE + KEY,
+    "between others": message(9, "x") + KEY + message(9, "x") + VALUE,
+    "long form of a number": KEY.replace(b"\x08", b"\x88\x80\x00") + VALUE,
+}
+"""How a file may write what a reader of protocol buffers takes for the same."""
 
 
+@pytest.mark.parametrize("external", EXTERNAL.values(), ids=EXTERNAL)
 @pytest.mark.parametrize("place", ["initialiser", "attribute", "subgraph", "sparse", "function"])
-def test_weights_in_other_files_are_refused_wherever_they_are_named(place):
-    weights = tensor(EXTERNAL)
+def test_weights_in_other_files_are_refused_wherever_they_are_named(external, place):
+    weights = tensor(message(13, external))
     graph = {
         "initialiser": message(1, NODE) + message(5, weights),
         "attribute": message(1, NODE + message(5, message(1, "value") + message(5, weights))),

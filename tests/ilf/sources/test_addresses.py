@@ -117,6 +117,13 @@ def test_a_folder_on_the_web_is_read_by_its_pages_of_links(tmp_path, monkeypatch
                 np.testing.assert_array_equal(here[key].measured, there[key].measured)
 
 
+def test_a_page_of_links_that_never_ends_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("ilf._runtime.web._MAX_PAGE_BYTES", 1000)
+    (tmp_path / "index.html").write_text('<a href="rgb.png">rgb.png</a>' * 100)
+    with serving_folder(tmp_path) as (address, _), pytest.raises(InputError, match="a page of more than"):
+        RemoteFiles(address).find()
+
+
 def test_files_at_the_root_of_a_server_are_read_from_nowhere_else(tmp_path, capsys):
     pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
     frames = write_frames(tmp_path / "in", 1)
@@ -264,3 +271,21 @@ def test_names_that_could_leave_a_folder_are_left_out(memory, tmp_path):
     for name in ("../../evil.png", "rgb/.hidden.png", "rgb//empty.png", "rgb\\back.png", "rgb/query.png?C=N"):
         memory.store[f"/data/in/{name}"] = memory.store["/data/in/rgb/0000.png"]
     assert sorted(RemoteFiles(address).find()) == ["depth/0000.png", "rgb/0000.png"]
+
+
+def test_of_a_file_that_is_too_large_no_more_than_the_limit_is_taken(memory, monkeypatch):
+    """Whatever is stored under a name that a stranger's frame has."""
+    memory.pipe({"/data/large.png": bytes(10_000), "/data/empty.png": b""})
+    monkeypatch.setattr("ilf._runtime.addresses.MAX_FILE_BYTES", 1000)
+    taken, cat_file = [], type(memory).cat_file
+
+    def noting(*given: object, **named: object) -> bytes:
+        taken.append(content := cat_file(*given, **named))
+        return content
+
+    monkeypatch.setattr(type(memory), "cat_file", noting)
+    files = RemoteFiles("memory://data")
+    with pytest.raises(FormatError, match="more than 1 GiB"):
+        files.read("large.png")
+    assert files.read_all(["empty.png"], ["missing.png"]) == [b"", None]
+    assert max(map(len, taken)) < 1100

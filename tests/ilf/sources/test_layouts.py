@@ -715,6 +715,12 @@ def test_images_of_one_name_in_two_folders_keep_their_own_depth_and_pose(tmp_pat
     assert source[1].intrinsics.fy == 60
 
 
+def test_images_of_a_layout_without_depth_are_told(tmp_path):
+    _kitti(tmp_path)
+    notes = ("2 colour images left out: there is no depth image of that name.",)
+    assert ilf.open_source(tmp_path).notes == notes
+
+
 def test_a_layout_is_given_as_text(tmp_path):
     _void(tmp_path)
     text = "rgb={}/image/*.png depth={}/ground_truth/*.png units=256 K=K.txt pose=absolute_pose/*.txt"

@@ -246,3 +246,12 @@ def test_thumbnail_is_the_colour_image_made_small(tmp_path):
     (tmp_path / "a.png").write_bytes((tmp_path / "a.png").read_bytes()[:400])
     with pytest.raises(FormatError):
         read_thumbnail(FrameRef(str(tmp_path / "a.png"), "unread.png"))
+
+
+@pytest.mark.parametrize(
+    ("name", "start"), [("a.bag.gz", b"\x1f\x8b\x08"), ("a.mcap.zst", b"\x28\xb5\x2f\xfd"), ("a.zip", b"PK\x03\x04")]
+)
+def test_a_recording_that_is_packed_as_a_whole_is_to_be_unpacked(tmp_path, name, start):
+    (tmp_path / name).write_bytes(start)
+    with pytest.raises(InputError, match=r"not a recording that is read .*Unpack it, and give the files in it"):
+        open_source(tmp_path / name)

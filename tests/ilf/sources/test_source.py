@@ -123,26 +123,27 @@ def test_pairs_side_by_side_in_a_list(tmp_path, save, line):
             ilf.open_source(tmp_path)
 
 
-def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save):
+@pytest.mark.parametrize("digits", [6, 4])
+def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save, digits):
     for scene, scales in (("000001", {0: 0.5, 7: 1.0}), ("000002", {3: 0.1})):
         for number, scale in scales.items():
             save(
-                f"{scene}/rgb/{number:06d}.jpg",
-                f"{scene}/depth/{number:06d}.png",
+                f"{scene}/rgb/{number:0{digits}d}.jpg",
+                f"{scene}/depth/{number:0{digits}d}.png",
                 np.rint(MM / scale).astype(np.uint16),
             )
         (tmp_path / scene / "scene_camera.json").write_text(_bop({**scales, 99: 1.0}))
     source = ilf.open_source(tmp_path / "000001")
-    assert source.keys == ("rgb/000000", "rgb/000007")
+    assert source.keys == tuple(f"rgb/{number:0{digits}d}" for number in (0, 7))
     both = ilf.open_source(tmp_path)
-    assert both.keys == ("000001/rgb/000000", "000001/rgb/000007", "000002/rgb/000003")
+    assert both.keys == (*(f"000001/{key}" for key in source.keys), f"000002/rgb/{3:0{digits}d}")
     for key in both.keys:
         assert _is_read(both.read(key))
         assert both.calibration(key).depth.fx == 52
     for content, kind, message in (
         ('{"0": {"cam_K": [1, 2], "depth_scale": 1}}', FormatError, r"scene_camera\.json"),
         (_bop({0: 1e-320}), FormatError, "depth_scale"),
-        ("{}", InputError, "no entry for 000000"),
+        ("{}", InputError, f"no entry for {0:0{digits}d}"),
     ):
         (tmp_path / "000001" / "scene_camera.json").write_text(content)
         with pytest.raises(kind, match=message):
