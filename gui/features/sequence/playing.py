@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -115,7 +116,8 @@ _playing = threading.Lock()
 def play(
     frames: Generator[Due, None, None], playback: Playback, parameters: Parameters, count: int = 0
 ) -> Generator[PlayedFrame, None, None]:
-    """Yield frames, each read when it is due; of those that are late, only the latest.
+    """Yield frames, each read when it is due; of those that are late, only the latest. Time counts from the first one,
+    which loads what completes frames.
 
     Parameters
     ----------
@@ -133,7 +135,7 @@ def play(
         closing(latest_of(frames, lambda: playback.rate)) as due,
         Stream(parameters, rate=playback.rate or USUAL_RATE) as stream,
     ):
-        for (row, read), late in due:
+        for (row, read), late in chain(((first, 0) for first in islice(frames, 1)), due):
             left_out += late
             try:
                 moment = read()
@@ -350,6 +352,7 @@ class PlayFeature(Feature):
         self.context.centre.show_images()
         self.context.views.keep_pictures(True)
         workspace.show(None)
+        self._status.show_playing("Reading the first frame\N{HORIZONTAL ELLIPSIS}")
         self.context.actions.refresh()
 
         def start() -> None:
