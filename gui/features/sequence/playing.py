@@ -272,9 +272,9 @@ class PlayFeature(Feature):
         """Record frames with completed depth as they play, until playing ends: a file *.mcap of ROS 2, or a folder."""
         from .live import MomentRecorder
 
-        if self.playback.recorder is not None:
-            self.playback.recorder.close()
-            self.playback.recorder = None
+        recorder, self.playback.recorder = self.playback.recorder, None
+        if recorder is not None and (count := recorder.close()):
+            self.context.notes.show_message(f"{counted(count, 'frame')} recorded: {recorder.path}")
         kinds = "ROS 2 recording (*.mcap);;Folder (*)"
         if path := ask_path(self.context.window, "Record", "recording.mcap", kinds) if on else "":
             try:
