@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -87,6 +87,10 @@ class FrameView(QListView):
         """Return the entries of the selected frames, in their order."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
 
+    def choose(self, index: QModelIndex) -> None:
+        """Make a frame the current one and select it alone, also while the keys of a command with Ctrl are held."""
+        self.selectionModel().setCurrentIndex(index, QItemSelectionModel.SelectionFlag.ClearAndSelect)
+
     def show_frame(self, index: QModelIndex) -> None:
         """Scroll to a frame, also if others have just been inserted or removed."""
         if index.isValid():
@@ -116,7 +120,7 @@ class FrameView(QListView):
 
     def write_note(self, index: QModelIndex) -> None:
         """Edit the note on a frame, in its row."""
-        self.setCurrentIndex(index)
+        self.choose(index)
         self.edit(index)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -200,5 +204,5 @@ class FramesPanel(QWidget):
         index = model.index_of(present)
         if index.isValid() and (present is not former or index.row() != row):
             if present is not former or not view.currentIndex().isValid():
-                view.setCurrentIndex(index)
+                view.choose(index)
             view.show_frame(index)

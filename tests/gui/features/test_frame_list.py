@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QItemSelectionModel, Qt
-from PySide6.QtTest import QAbstractItemModelTester
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QAbstractItemModelTester, QTest
 from PySide6.QtWidgets import QLineEdit, QListView
 
 from gui.features.frame_list import thumbnails as thumbnails_module
@@ -127,6 +128,15 @@ def test_click_opens_and_delete_takes_out(panel, qtbot):
         qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
         qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
     assert blocker.args == [entries[1:]]
+
+
+def test_the_frame_that_a_key_with_ctrl_leads_to_is_selected_alone(panel, qtbot):
+    entries, keyboard = list(panel.model.entries), panel.window().windowHandle()
+    QTest.keyPress(keyboard, Qt.Key.Key_PageDown, Qt.KeyboardModifier.ControlModifier)
+    assert QGuiApplication.keyboardModifiers() == Qt.KeyboardModifier.ControlModifier
+    panel.show_entries(entries, entries[1])
+    QTest.keyRelease(keyboard, Qt.Key.Key_PageDown)
+    assert panel.view.chosen() == [entries[1]]
 
 
 def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot):
