@@ -171,8 +171,9 @@ class FramesPanel(QWidget):
         self.text.textChanged.connect(lambda _: self.show_entries(self._entries, self.model.present))
 
     def picture_of(self, entry: Entry) -> QPixmap | None:
-        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
-        return self.thumbnails.of(entry.id, reader_of(entry, self._stored))
+        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made, until its
+        files are found elsewhere."""
+        return self.thumbnails.of((entry.id, entry.source), reader_of(entry, self._stored))
 
     def set_bar(self, height: int) -> None:
         """Show only a strip of this height [px], no wider than its thumbnails; 0 for rows, with the filter above."""

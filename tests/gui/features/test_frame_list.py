@@ -183,6 +183,9 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     colours = [picture_of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
     assert [(colour.red() > 200, colour.green() > 200) for colour in colours] == [(True, False), (False, True)]
     assert picture_of(broken).isNull()
+    broken.source = of_file.source
+    qtbot.waitUntil(lambda: picture_of(broken) is not None)
+    assert not picture_of(broken).isNull(), "its file has been found elsewhere"
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     picture_of(of_file)
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))
