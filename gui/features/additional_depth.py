@@ -174,6 +174,9 @@ class AdditionalDepthPanel(Panel):
         if parts & (Part.FRAME | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND | Part.LABELS):
             for section in self._sections.values():
                 section.effect.show_message("")
+            asked = self.requests.question
+            if asked is not None and asked.kind == "comparison":  # with what was there before
+                self.requests.cancel()
         texts = self._texts() if self.context.workspace.has_current else {}
         shown = self.context.views.contents()["depth-in"]
         has_blocks = bool(texts) and bool(self.context.workspace.current.counts())

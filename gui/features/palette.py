@@ -29,6 +29,8 @@ _LENGTH = 0.05
 _IN_MENU, _IN_HINT = -20.0, -40.0
 _RECENT = 10.0
 """Bonus for the latest command, less for earlier ones."""
+_BEGINNING = 1.0
+"""Bonus for a text that begins with the whole query."""
 _DISABLED = -8.0
 """Penalty for a disabled command."""
 
@@ -37,7 +39,7 @@ def match(query: str, text: str) -> float | None:
     """Return how well a text fits a query, higher is better; None if it does not.
 
     Each word of the query must begin a word of the text, or stand in it, or be initials in it, or have its letters in
-    it, in order; the first of these counts most, and shorter texts more.
+    it, in order; the first of these counts most, and shorter texts more, and those that begin with the whole query.
     """
     score = -_LENGTH * len(text)
     for word in query.lower().split():
@@ -48,7 +50,7 @@ def match(query: str, text: str) -> float | None:
         if not fitting:
             return None
         score += fitting[-1]
-    return score
+    return score + (_BEGINNING if text.lower().startswith(query.lower().strip()) else 0.0)
 
 
 def offers(entries: Iterable[ActionEntry], query: str, recent: Sequence[str]) -> list[ActionEntry]:
@@ -156,7 +158,6 @@ class CommandPalette(QFrame):
         self.hint.setWordWrap(True)
         self.hint.setMargin(4)
         lay_out(QVBoxLayout(self), self.field, self.list, self.hint, margins=(8, 8, 8, 4), spacing=4)
-        self.setStyleSheet(_STYLE)
 
     def toggle(self) -> None:
         """Open or close the palette."""
@@ -168,6 +169,7 @@ class CommandPalette(QFrame):
         self.field.clear()
         self._offer()
         self._place()
+        self.setStyleSheet(_STYLE)  # with the colours of a theme that was chosen meanwhile
         self.show()
         self.raise_()
         self.field.setFocus(Qt.FocusReason.PopupFocusReason)

@@ -21,7 +21,7 @@ from .line import REACH, clamped, nearest, straightened, touches
 class MeasureTool(Tool):
     """Measure distances, heights and angles between points.
 
-    Two clicks make a measurement; a drag moves an end.
+    Two clicks make a measurement, and so does a drag beside the ends of others; a drag of an end moves it.
     """
 
     points_only = True
@@ -36,7 +36,7 @@ class MeasureTool(Tool):
     @property
     def hint(self) -> str:
         """Hint: what a click would do."""
-        return "Click: measure from here | drag an end: move it" if self._start is None else "Click: measure to here"
+        return "Click, or drag: measure | drag an end: move it" if self._start is None else "Click: measure to here"
 
     @property
     def busy(self) -> bool:
@@ -51,9 +51,13 @@ class MeasureTool(Tool):
         return True
 
     def _drag(self, press: Press, event: PointerEvent, host: Host) -> bool:
-        """Move an end."""
+        """Move an end, or draw a new measurement."""
         drags = press.follow(event)
-        if drags and self._held is not None:
+        if drags and self._held is None:
+            if self._start is None:
+                self._click(clamped(press.point, host.document.frame.shape), host)
+            self._hover(event, host)
+        elif drags and self._held is not None:
             number, end = self._held
             ends, moved = list(self._before[number]), list(self._before)
             ends[end] = clamped((event.x, event.y), host.document.frame.shape)
@@ -62,7 +66,8 @@ class MeasureTool(Tool):
         return drags
 
     def _release(self, press: Press, event: PointerEvent, host: Host) -> None:
-        """Measure by two clicks."""
+        """Take a point, that of a click or the second one of a drag."""
+        host.show_preview(None)
         if self._held is None or not press.drags:
             self._click(clamped((event.x, event.y), host.document.frame.shape), host)
 

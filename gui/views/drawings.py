@@ -358,5 +358,6 @@ def write_on_plate(painter: QPainter, middle: QPointF, text: str, metrics: QFont
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(0, 0, 0, 150))
     painter.drawRoundedRect(plate, 3, 3)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QColor("white"))
     painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)

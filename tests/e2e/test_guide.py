@@ -75,9 +75,13 @@ def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_f
     load(tmp_path / "inverse.npy")
     qtbot.waitUntil(lambda: not document.changed_blocks())
     assert np.array_equal(document.completion().depth, guided, equal_nan=True)
-    actions["remove_guide"].trigger()
+    window.refresh.now()
+    section.compare.click()
+    actions["remove_guide"].trigger()  # overtakes the comparison
     assert not actions["remove_guide"].isEnabled()
     window.refresh.now()
+    qtbot.waitUntil(lambda: not panel.busy)
+    assert section.effect.text() == ""
     assert section.message.text() == "None in this frame."
     assert section.effect.text() == ""
 

@@ -200,12 +200,13 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     assert views.data.before.text == "The list has no frame before this one"
 
 
-def _rows(playback, count=99, bad=(), cost=0.0):
-    """Rows of the first frames that are shown of ten that take so long to be read, and how many were left out."""
+def _rows(playback, count=99, bad=(), cost=0.0, start=0.0):
+    """Rows of the first frames that are shown of ten that take so long to be read, the first one longer by `start` [s],
+    and how many were left out."""
     frame = sequence(1)[0]
 
     def read(row):
-        time.sleep(cost)
+        time.sleep(cost + start * (row == 0))
         if row in bad:
             raise InputError("It cannot be read.")
         return Moment(f"frame {row}", "here", frame, None)
@@ -227,6 +228,10 @@ def test_at_a_rate_frames_that_are_late_are_left_out_but_never_the_last_one():
     assert left_out == 10 - len(rows) > 0
     assert rows == sorted(set(rows))
     assert rows[-1] == 9
+
+
+def test_time_counts_from_the_first_frame():
+    assert _rows(Playback(own_rate=8.0), start=0.8) == (list(range(10)), 0)
 
 
 def test_a_loop_over_frames_that_cannot_be_read_ends():

@@ -61,6 +61,7 @@ def test_frames_are_shown_recorded_and_counted_and_the_last_one_is_opened(window
     assert len(recorded) == len(shown)
     assert np.array_equal(recorded[-1], last.moment.depth)
     assert not window.actions_["play_recorded"].isChecked(), "it ends with playing"
+    assert f"{len(shown)} frames recorded: {tmp_path / 'out.mcap'}" in window.notes.message
     qtbot.waitUntil(lambda: window.workspace.has_current)
     opened = window.workspace.current.frame
     assert np.array_equal(opened.depth, last.moment.frame.depth, equal_nan=True)

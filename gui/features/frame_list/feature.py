@@ -197,7 +197,7 @@ class FramesFeature(Panel):
         return self.panel.model.entries, self.panel.model.row_of(self._wanted or self._present())
 
     def _go_to(self, entry: Entry) -> None:
-        self.panel.view.setCurrentIndex(self.panel.model.index_of(entry))
+        self.panel.view.choose(self.panel.model.index_of(entry))
         self.open(entry)
 
     # commands on frames

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from PySide6.QtCore import QModelIndex, QSize, Qt, Signal
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPaintEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -87,6 +87,10 @@ class FrameView(QListView):
         """Return the entries of the selected frames, in their order."""
         return [index.data(ENTRY) for index in sorted(self.selectedIndexes(), key=QModelIndex.row)]
 
+    def choose(self, index: QModelIndex) -> None:
+        """Make a frame the current one and select it alone, also while the keys of a command with Ctrl are held."""
+        self.selectionModel().setCurrentIndex(index, QItemSelectionModel.SelectionFlag.ClearAndSelect)
+
     def show_frame(self, index: QModelIndex) -> None:
         """Scroll to a frame, also if others have just been inserted or removed."""
         if index.isValid():
@@ -116,7 +120,7 @@ class FrameView(QListView):
 
     def write_note(self, index: QModelIndex) -> None:
         """Edit the note on a frame, in its row."""
-        self.setCurrentIndex(index)
+        self.choose(index)
         self.edit(index)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -167,8 +171,9 @@ class FramesPanel(QWidget):
         self.text.textChanged.connect(lambda _: self.show_entries(self._entries, self.model.present))
 
     def picture_of(self, entry: Entry) -> QPixmap | None:
-        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made."""
-        return self.thumbnails.of(entry.id, reader_of(entry, self._stored))
+        """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made, until its
+        files are found elsewhere."""
+        return self.thumbnails.of((entry.id, entry.source), reader_of(entry, self._stored))
 
     def set_bar(self, height: int) -> None:
         """Show only a strip of this height [px], no wider than its thumbnails; 0 for rows, with the filter above."""
@@ -200,5 +205,5 @@ class FramesPanel(QWidget):
         index = model.index_of(present)
         if index.isValid() and (present is not former or index.row() != row):
             if present is not former or not view.currentIndex().isValid():
-                view.setCurrentIndex(index)
+                view.choose(index)
             view.show_frame(index)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Hashable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -108,15 +108,15 @@ class Thumbnails(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._made: OrderedDict[str, QPixmap | None] = OrderedDict()
+        self._made: OrderedDict[Hashable, QPixmap | None] = OrderedDict()
         """None while it is pending or being made."""
-        self._pending: OrderedDict[str, Callable[[], NDArray[np.uint8]]] = OrderedDict()
+        self._pending: OrderedDict[Hashable, Callable[[], NDArray[np.uint8]]] = OrderedDict()
         self._worker = Worker(self)
         self._worker.progressed.connect(self._take)
         self._worker.finished.connect(lambda _: self._start())
         self._worker.failed.connect(lambda _: self._start())
 
-    def of(self, key: str, read: Callable[[], NDArray[np.uint8]]) -> QPixmap | None:
+    def of(self, key: Hashable, read: Callable[[], NDArray[np.uint8]]) -> QPixmap | None:
         """Return a thumbnail; None while it is pending, an empty one if it cannot be made. `read` makes it in a worker
         thread."""
         if key not in self._made:
@@ -132,7 +132,7 @@ class Thumbnails(QObject):
         if self._pending and not self._worker.busy:
             self._worker.start(self._make)
 
-    def _make(self) -> Generator[tuple[str, QImage], None, None]:
+    def _make(self) -> Generator[tuple[Hashable, QImage], None, None]:
         """Make the requested thumbnails, the latest request first: its row is visible."""
         while True:
             try:
@@ -144,7 +144,7 @@ class Thumbnails(QObject):
                 image = rgb_image(read())
             yield key, image
 
-    def _take(self, batch: list[tuple[str, QImage]]) -> None:
+    def _take(self, batch: list[tuple[Hashable, QImage]]) -> None:
         for key, image in batch:
             self._made[key] = QPixmap.fromImage(image)
         while len(self._made) > MAX_THUMBNAILS:

@@ -12,7 +12,6 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
-    QSizePolicy,
     QTabWidget,
     QToolButton,
     QWidget,
@@ -28,7 +27,7 @@ from ...base.needs import Need
 from ...state.document import Document
 from ...state.parts import NO_PART, Part
 from ...tools.line import REACH, off_line, share_along
-from ...widgets.basics import Message, PlainLabel, combo, command_button, lay_out, literal_text, page
+from ...widgets.basics import ElidedLabel, Message, combo, command_button, lay_out, page
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.row_table import NumberRow, NumberTable
@@ -101,8 +100,7 @@ class InspectPanel(Panel):
         hint = "Statistics of the selected block, or of the rectangle if there is one"
         self.subject = combo(["Selected block", "Rectangle"], hint, "Region of the statistics")
         self.subject.activated.connect(self.redraw)
-        self.subject_name = PlainLabel()
-        self.subject_name.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.subject_name = ElidedLabel()
         self.statistics = NumberTable("Statistics of raw depth and result", COLUMNS)
         self.statistics_note = Message()
         name, buttons = self.subject_name, self._buttons("tool_rectangle", "copy_statistics")
@@ -254,7 +252,6 @@ class InspectPanel(Panel):
     def _ask_statistics(self, document: Document | None) -> None:
         mask, name = (None, "") if document is None else self._subject(document)
         self.subject_name.setText(name)
-        self.subject_name.setToolTip(literal_text(name))
         if document is None or mask is None:
             self.requests.forget()
             self.statistics.set_rows([], _NO_SUBJECT)

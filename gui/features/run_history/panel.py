@@ -158,10 +158,15 @@ class RunsPanel(Panel):
         document = self.context.workspace.current
         chosen = self.selected()[:MAX_COMPARED]
         same = len(chosen) == len(document.compared) and all(run in document.compared for run in chosen)
-        self.context.workspace.current.compare_runs([] if same else chosen)
-        if not same:
-            title = title_of(chosen[0].name, document, chosen[0].run)
-            what = f"{title} is" if len(chosen) == 1 else f"{len(chosen)} runs are"
+        self._compare([] if same else chosen)
+
+    def _compare(self, runs: list[StoredRun]) -> None:
+        """Compare these runs with the current result, and tell how they are seen."""
+        document = self.context.workspace.current
+        document.compare_runs(runs)
+        if runs:
+            title = title_of(runs[0].name, document, runs[0].run)
+            what = f"{title} is" if len(runs) == 1 else f"{len(runs)} runs are"
             text = f"{what} compared with the current result: hold V to show it."
             self.context.notes.offer(text, self.context.actions["compare_two"])
 
@@ -241,7 +246,7 @@ class RunsPanel(Panel):
         document = self.context.workspace.current
         if column == RunColumn.COMPARED:
             others = [one for one in document.compared if one is not stored]
-            document.compare_runs([*others, stored] if value else others)
+            self._compare([*others, stored] if value else others)
         elif column == RunColumn.VALUES:
             document.change_run(stored, note=value)
         elif value:

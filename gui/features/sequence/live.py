@@ -63,6 +63,7 @@ class MomentRecorder:
     """
 
     def __init__(self, path: str) -> None:
+        self.path = path
         self._recorder: StreamRecorder | None = StreamRecorder(path)
         self._writing = threading.Lock()
 
@@ -77,9 +78,11 @@ class MomentRecorder:
                 self._recorder.write(written)
             return self._recorder.count
 
-    def close(self) -> None:
-        """End the recording."""
+    def close(self) -> int:
+        """End the recording; return the number of its frames."""
         with self._writing:
-            if self._recorder is not None:
-                self._recorder.close()
-            self._recorder = None
+            recorder, self._recorder = self._recorder, None
+            if recorder is None:
+                return 0
+            recorder.close()
+            return recorder.count

@@ -11,6 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
@@ -115,7 +116,8 @@ _playing = threading.Lock()
 def play(
     frames: Generator[Due, None, None], playback: Playback, parameters: Parameters, count: int = 0
 ) -> Generator[PlayedFrame, None, None]:
-    """Yield frames, each read when it is due; of those that are late, only the latest.
+    """Yield frames, each read when it is due; of those that are late, only the latest. Time counts from the first one,
+    which loads what completes frames.
 
     Parameters
     ----------
@@ -133,7 +135,7 @@ def play(
         closing(latest_of(frames, lambda: playback.rate)) as due,
         Stream(parameters, rate=playback.rate or USUAL_RATE) as stream,
     ):
-        for (row, read), late in due:
+        for (row, read), late in chain(((first, 0) for first in islice(frames, 1)), due):
             left_out += late
             try:
                 moment = read()
@@ -270,9 +272,9 @@ class PlayFeature(Feature):
         """Record frames with completed depth as they play, until playing ends: a file *.mcap of ROS 2, or a folder."""
         from .live import MomentRecorder
 
-        if self.playback.recorder is not None:
-            self.playback.recorder.close()
-            self.playback.recorder = None
+        recorder, self.playback.recorder = self.playback.recorder, None
+        if recorder is not None and (count := recorder.close()):
+            self.context.notes.show_message(f"{counted(count, 'frame')} recorded: {recorder.path}")
         kinds = "ROS 2 recording (*.mcap);;Folder (*)"
         if path := ask_path(self.context.window, "Record", "recording.mcap", kinds) if on else "":
             try:
@@ -350,6 +352,7 @@ class PlayFeature(Feature):
         self.context.centre.show_images()
         self.context.views.keep_pictures(True)
         workspace.show(None)
+        self._status.show_playing("Reading the first frame\N{HORIZONTAL ELLIPSIS}")
         self.context.actions.refresh()
 
         def start() -> None:

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import QItemSelectionModel, Qt
-from PySide6.QtTest import QAbstractItemModelTester
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QAbstractItemModelTester, QTest
 from PySide6.QtWidgets import QLineEdit, QListView
 
 from gui.features.frame_list import thumbnails as thumbnails_module
@@ -129,6 +130,15 @@ def test_click_opens_and_delete_takes_out(panel, qtbot):
     assert blocker.args == [entries[1:]]
 
 
+def test_the_frame_that_a_key_with_ctrl_leads_to_is_selected_alone(panel, qtbot):
+    entries, keyboard = list(panel.model.entries), panel.window().windowHandle()
+    QTest.keyPress(keyboard, Qt.Key.Key_PageDown, Qt.KeyboardModifier.ControlModifier)
+    assert QGuiApplication.keyboardModifiers() == Qt.KeyboardModifier.ControlModifier
+    panel.show_entries(entries, entries[1])
+    QTest.keyRelease(keyboard, Qt.Key.Key_PageDown)
+    assert panel.view.chosen() == [entries[1]]
+
+
 def test_a_note_is_edited_in_the_row_that_is_chosen(panel, qtbot):
     told, view, model = [], panel.view, panel.model
     model.noted.connect(lambda entry, text: told.append((entry.name, text)))
@@ -173,6 +183,9 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
     colours = [picture_of(entry).toImage().pixelColor(5, 5) for entry in wanted[:2]]
     assert [(colour.red() > 200, colour.green() > 200) for colour in colours] == [(True, False), (False, True)]
     assert picture_of(broken).isNull()
+    broken.source = of_file.source
+    qtbot.waitUntil(lambda: picture_of(broken) is not None)
+    assert not picture_of(broken).isNull(), "its file has been found elsewhere"
     monkeypatch.setattr(thumbnails_module, "MAX_THUMBNAILS", 2)
     picture_of(of_file)
     other = Entry.of(FrameRef(str(tmp_path / "rgb.png"), "other.png"))

@@ -5,10 +5,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
+from gui.base import theme
 from gui.base.commands import WHY_NOT, action_entries
 from gui.features.palette import CommandPalette, listed, match
 
-_TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up", "Zoom to block", "Contours only"]
+_TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Run blocks of this list"]
+_TEXTS += ["Clean up", "Zoom to block", "Contours only"]
 
 
 @pytest.mark.parametrize(
@@ -21,6 +23,7 @@ _TEXTS = ["Run what changed", "Run all blocks", "Run chosen blocks", "Clean up",
         ("zoom", "Zoom to block"),
         ("ctr", "Contours only"),
         ("what", "Run what changed"),
+        ("run bl", "Run blocks of this list"),
     ],
 )
 def test_letters_find_what_they_begin_or_stand_in(query, best):
@@ -79,6 +82,17 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     qtbot.keyClick(again.field, Qt.Key.Key_Down)
     qtbot.keyClick(again.field, Qt.Key.Key_Enter)
     qtbot.waitUntil(lambda: window.given == ["Dark", "&Quit"])
+
+
+@pytest.mark.usefixtures("any_theme")
+def test_it_takes_a_theme_that_is_chosen_while_it_is_closed(window, qapp):
+    palette = CommandPalette(window, persistent=False)
+    for name in ("light", "dark"):
+        theme.apply_theme(qapp, name)
+        palette.toggle()
+        shown = palette.grab().toImage().pixelColor(palette.width() // 2, palette.height() - 4)
+        assert shown == qapp.palette().window().color()
+        palette.leave()
 
 
 def test_whole_words_of_a_menu_come_before_letters_scattered_over_a_text(window, qtbot):

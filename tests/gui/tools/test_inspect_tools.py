@@ -114,6 +114,19 @@ def test_two_clicks_make_a_measurement(host):
     assert len(measured(host)) == 1  # a single point measures nothing
 
 
+def test_a_drag_makes_a_measurement(host):
+    user = hand(host, "measure")
+    user.drag([(3, 3), (9, 3), (20, 3)])
+    assert measured(host) == [((3.5, 3.5), (20.5, 3.5))]
+    assert host.preview is None
+    user.drag([(12, 15), (40, 5)])  # a press without depth
+    assert "no depth at x 12, y 15" in host.said[0]
+    user.drag([(5, 40), (40, 5)], release=False)
+    user.tool.cancel(host)
+    assert not user.tool.busy
+    assert len(measured(host)) == 1
+
+
 def test_a_point_is_dragged_and_put_back(host):
     user = hand(host, "measure")
     user.click((3, 3))

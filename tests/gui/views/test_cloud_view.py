@@ -59,6 +59,14 @@ def pixels(widget):
     return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).copy()
 
 
+def test_texts_of_lines_leave_the_rest_of_the_view_as_it_is(qtbot, view):
+    view.canvas.setFocus()
+    qtbot.waitUntil(view.canvas.hasFocus)
+    before = pixels(view.canvas)[5, 5]
+    view.canvas.set_lines([[(10, 10), (40, 40)]], ["1.120 m"])
+    assert (pixels(view.canvas)[5, 5] == before).all()
+
+
 def test_left_drag_orbits_and_double_click_resets(qtbot, view):
     home = view.canvas.camera
     drag(qtbot, view.canvas, Qt.MouseButton.LeftButton, QPoint(40, 20))
