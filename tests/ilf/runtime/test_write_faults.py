@@ -31,20 +31,21 @@ def test_a_writer_that_writes_in_place_is_found_out(tmp_path):
     assert faults_of(Writer("in place", lambda folder: write_in_place), tmp_path)[1]
 
 
-@pytest.mark.parametrize("in_a_set", [False, True])
-def test_a_write_protected_file_is_not_replaced(tmp_path, in_a_set):
+def _as_a_set(path, content):
+    with staging(path.parent) as folder:
+        write_bytes(folder / path.name, content)
+        move_into_place(folder, path.parent, [path.name])
+
+
+@pytest.mark.parametrize("write", [write_bytes, _as_a_set])
+def test_a_write_protected_file_is_not_replaced(tmp_path, write):
     path = tmp_path / "depth.npy"
     path.write_bytes(b"mine")
     path.chmod(0o400)
     if os.access(path, os.W_OK):
         pytest.skip("this user may write any file")
-    with pytest.raises(ExportError, match="depth.npy is write-protected"):
-        if in_a_set:
-            with staging(tmp_path) as folder:
-                write_bytes(folder / path.name, b"new")
-                move_into_place(folder, tmp_path, [path.name])
-        else:
-            write_bytes(path, b"new")
+    with pytest.raises(ExportError, match=r"depth\.npy is write-protected"):
+        write(path, b"new")
     assert [(one, one.read_bytes()) for one in tmp_path.iterdir()] == [(path, b"mine")]
 
 
