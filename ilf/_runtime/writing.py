@@ -167,8 +167,8 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     ExportError
-        For every OSError, in the block or here: missing or read-only folder, full disk. An existing file is
-        unchanged.
+        For every OSError, in the block or here: missing or read-only folder, write-protected file, full disk. An
+        existing file is unchanged.
     Cancelled
         If the work was cancelled before the file was complete; likewise.
 
@@ -182,6 +182,7 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
     final = Path(target).absolute()
     temporary = final.with_name(temporary_name(_FILE, final.suffix))
     try:
+        _check_not_protected(final)
         with removed_on_exit(temporary):
             temporary.touch(exist_ok=False)
             if final.parent not in _cleared:
@@ -199,6 +200,12 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
                 temporary.unlink(missing_ok=True)
     except OSError as error:
         raise ExportError(f"Could not write {target}: {remedy(error)}.") from error
+
+
+def _check_not_protected(path: Path) -> None:
+    """Raise OSError for a file that may not be written, though its folder would let it be replaced."""
+    if path.is_file() and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, f"{path.name} is write-protected")
 
 
 def write_bytes(target: str | os.PathLike[str], content: bytes) -> None:
@@ -284,6 +291,8 @@ def move_into_place(folder: Path, target: Path, names: Sequence[str]) -> None:
     Cancelled
         If the work was cancelled before the first move.
     """
+    for name in names:
+        _check_not_protected(target / name)
     numbered = list(enumerate(names))
     with moving_into_place():
         try:

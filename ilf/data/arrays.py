@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.formatting import size_text
-from ..errors import InputError
+from ..errors import InputError, told_as
 
 Array = TypeVar("Array", bound=NDArray[Any])
 
@@ -17,6 +17,11 @@ def plain_array(values: ArrayLike) -> NDArray[Any]:
     """Return values as a plain array, in which those masked in a numpy masked array are missing: NaN, or 0 or False in
     types without NaN.
 
+    Raises
+    ------
+    InputError
+        If these are sequences of unequal lengths.
+
     Examples
     --------
     >>> plain_array(np.ma.masked_equal([1.5, 9.0], 9.0)), plain_array(np.ma.masked_equal([3, 9], 9))
@@ -24,7 +29,8 @@ def plain_array(values: ArrayLike) -> NDArray[Any]:
     """
     if isinstance(values, np.ma.MaskedArray):
         return np.asarray(values.filled(np.nan if values.dtype.kind == "f" else 0))
-    return np.asarray(values)
+    with told_as(InputError, "These values do not form an array: give rows of equal lengths.", ValueError):
+        return np.asarray(values)
 
 
 def frozen(array: Array) -> Array:
@@ -57,4 +63,4 @@ def without_mask(colour: ArrayLike) -> NDArray[Any]:
     """Return colour as a plain array; raise InputError if some of it is masked."""
     if np.ma.is_masked(colour):
         raise InputError("Colour is masked, but cannot be missing: give colour.filled(0) or .data, and mask depth.")
-    return np.asarray(colour)
+    return plain_array(colour)

@@ -99,7 +99,9 @@ def frame_camera(spec: IntrinsicsSpec | None, shape: tuple[int, int] | None) -> 
             return None, (f"{stated.get('name') or 'Intrinsics'}: {problem}",)
         if shape is None and "angle_x" in stated and stated_size(stated) is None:
             return None, ()
-    camera = camera_of(stated, shape)
+    place = f"{stated['name']}: " if isinstance(stated, Mapping) and stated.get("name") else ""
+    with told_as(InputError, f"{place}{{error}}", InputError):
+        camera = camera_of(stated, shape)
     if camera.model == FISHEYE:
         return None, (f"{camera.name or 'Intrinsics'}: {FISHEYE_NOTE}",)
     is_bent = any(stated.get("distortion", ()) if isinstance(stated, Mapping) else camera.distortion)

@@ -303,7 +303,7 @@ def _along_rays(text: str) -> DepthEncoding:
 _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
     _BOP: (
         lambda text: DepthEncoding(None, checked_units(1000 / checked_units(float(text)))),
-        "by the depth_scale in scene_camera.json (BOP)",
+        "bop[:SCALE], by the depth_scale in scene_camera.json (BOP)",
     ),
     _DISPARITY: (
         _by_disparity,

@@ -39,8 +39,8 @@ def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
     Raises
     ------
     InputError
-        If these are not numbers, some are not finite or far outside the image, or all lie outside of it, or if there
-        are more of them than pixel edges.
+        If these are not numbers, some are not finite or far outside the image, or all lie outside of it or seem to be
+        fractions of it, or if there are more of them than pixel edges.
     """
     height, width = shape
     most = max(100_000, 4 * (height + 1) * (width + 1))
@@ -60,6 +60,8 @@ def points_of(values: Any, where: str, shape: tuple[int, int]) -> Points:
     outside = (points.max(axis=0, initial=-np.inf) < 0) | (points.min(axis=0, initial=np.inf) > (width, height))
     if len(points) and (outside.any() or np.abs(points).max() > 10 * (height + width)):
         raise InputError(f"{where} lies outside the image, which is {width} x {height}. {_REMEDY}")
+    if len(points) and ((points >= 0) & (points <= 1)).all() and (2 * points % 1).any():
+        raise InputError(f"{where} has points that are fractions of the image, from 0 to 1. Export them in pixels.")
     return points
 
 

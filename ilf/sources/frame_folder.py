@@ -107,7 +107,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     if not isinstance(meta, dict):
         raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
     with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
-        stated = converted({**meta, "name": meta.get("name") or root.name}, Meta, META_NAME)
+        stated = converted({**meta, "name": meta.get("name") or one_line(root.name)}, Meta, META_NAME)
         options = stated.options
         if stated.name != one_line(stated.name):
             raise InputError(f"name must be one line of text, not {stated.name!r:.60}.")

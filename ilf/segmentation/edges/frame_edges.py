@@ -71,9 +71,11 @@ def _largest_within(values: Array, radius: int) -> Array:
 _OFF_LINE_FACTOR = 0.9
 """Factor on the gradient's strength off Canny's lines, which must be the highest."""
 
+CANNY_INSTEAD = "Canny's edges replace those of the network"
+
 _FALLBACKS = {
     "rgbd": ("hed", "Contours of the colour image replace depth edges"),
-    "hed": ("canny", "Canny's edges replace those of the network"),
+    "hed": ("canny", CANNY_INSTEAD),
 }
 """Detector -> its fallback if its network is missing or fails, and the note about it."""
 

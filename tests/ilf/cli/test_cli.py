@@ -129,6 +129,7 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys, cli):
         ["complete", *files, "--no-cloud", "--out", "out", "--quiet", *QUICK, *model],
         ["complete", "--replay", "out/run.json", "--out", "again", "--quiet"],
         ["blocks", *files, "--out", "blocks.png", "--quiet", *model],
+        ["batch", ".", "--out", "batch", "--quiet", *QUICK, *model],
     )
     for command in commands:
         warnings = [line for line in cli(*command).err.splitlines() if "There is no edge network 'mine'" in line]

@@ -48,6 +48,7 @@ def test_arrays_are_copies_and_read_only():
         (RGB[0, :, 0], np.ones((2, 4)), "shape"),
         (RGB, np.ones((2, 4, 3)), "one real number per pixel"),
         (RGB, np.ones((2, 4), complex), "one real number per pixel"),
+        (RGB, [[1.0, 2.0], [3.0]], "rows of equal lengths"),
         (RGB, np.zeros((2, 4)), "no known pixel"),
         (RGB, np.full((2, 4), np.nan), "no known pixel"),
         (RGB, np.full((2, 4), 1500, np.uint16), r"in metres: divide .* depth / 1000\.0 for millimetres\.$"),

@@ -209,6 +209,7 @@ BAD = {
     "ragged": (labelme(shape_of([[1, 2], [3]])), "not pairs of numbers"),
     "no points": (labelme(shape_of(None)), "has no list of points"),
     "off": (labelme(shape_of(square(50, 2, 2))), "lies outside the image, which is 6 x 4"),
+    "fractions": (coco([[0.1, 0.1, 0.9, 0.1, 0.9, 0.9]]), "fractions of the image, from 0 to 1. Export them in pixels"),
     "far": (labelme(shape_of([*SQUARE, [1e300, 1]])), "lies outside the image"),
     "many points": (coco([[0, 1] * 100_001]), "annotation 900 .'chair'. has more points than"),
     "circle": (labelme(shape_of(SQUARE, shape_type="circle")), "circle with 4 points instead of 2"),

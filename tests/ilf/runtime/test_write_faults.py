@@ -7,7 +7,8 @@ import random
 import pytest
 
 from ilf._runtime.memory import check_memory, memory_limit, memory_needed, release_memory
-from ilf.errors import FormatError, ParameterError
+from ilf._runtime.writing import move_into_place, staging, write_bytes
+from ilf.errors import ExportError, FormatError, ParameterError
 from tests.bench.faults import faults_of
 from tests.bench.kill.writers import kills_of
 from tests.bench.writers import WRITERS, Writer
@@ -28,6 +29,24 @@ def write_in_place(target, version):
 
 def test_a_writer_that_writes_in_place_is_found_out(tmp_path):
     assert faults_of(Writer("in place", lambda folder: write_in_place), tmp_path)[1]
+
+
+def _as_a_set(path, content):
+    with staging(path.parent) as folder:
+        write_bytes(folder / path.name, content)
+        move_into_place(folder, path.parent, [path.name])
+
+
+@pytest.mark.parametrize("write", [write_bytes, _as_a_set])
+def test_a_write_protected_file_is_not_replaced(tmp_path, write):
+    path = tmp_path / "depth.npy"
+    path.write_bytes(b"mine")
+    path.chmod(0o400)
+    if os.access(path, os.W_OK):
+        pytest.skip("this user may write any file")
+    with pytest.raises(ExportError, match=r"depth\.npy is write-protected"):
+        write(path, b"new")
+    assert [(one, one.read_bytes()) for one in tmp_path.iterdir()] == [(path, b"mine")]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="forks")

@@ -147,6 +147,12 @@ def test_frames_of_other_lenses_have_no_camera_and_say_why(tmp_path, cli, lens, 
         ilf.point_cloud(frame.depth, frame.rgb, frame.intrinsics)
 
 
+def test_an_impossible_camera_is_refused_with_the_name_of_its_file(tmp_path):
+    _transforms(tmp_path, PINHOLE | {"fl_x": -131.25})
+    with pytest.raises(InputError, match=r"transforms\.json: Focal lengths must be positive"):
+        ilf.open_source(tmp_path)[0]
+
+
 def test_distortion_of_transforms_is_noted_as_that_of_recordings(tmp_path):
     _transforms(tmp_path, PINHOLE | {"camera_model": "OPENCV", "k1": 0.05, "second": {"k1": 0.0, "fl_x": 262.5}})
     source = ilf.open_source(tmp_path)

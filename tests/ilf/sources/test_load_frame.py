@@ -324,6 +324,14 @@ def test_a_frame_is_read_as_its_meta_says(folder, names):
     assert (changed.name, changed.intrinsics.fx) == ("other", 40)
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows refuses such names")
+@pytest.mark.parametrize("meta", [None, {**META, "name": None}])
+def test_a_folder_with_any_name_is_read_under_a_name_of_one_line(meta, folder):
+    root = folder(meta)
+    with_lines = root.rename(root.with_name("two\nlines"))
+    assert ilf.load_frame(with_lines, depth_units=1000).name == "two lines"
+
+
 @pytest.mark.parametrize("meta", [{**META, "depth": "other.png"}, {**META, "name": 7}, b"{not json"])
 def test_two_files_can_be_had_whatever_a_meta_beside_them_is(meta, folder):
     root = folder(meta, ["rgb.png", "depth.png", "other.png"])
