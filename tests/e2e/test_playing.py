@@ -1,5 +1,6 @@
 """Playing the frames of a sequence, and the view of flicker."""
 
+import threading
 import time
 from contextlib import closing
 from functools import partial
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
@@ -140,6 +141,46 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     assert not feature.playing
     _settle(window, qtbot)
     assert workspace.current.id == workspace.entries[0].id
+
+
+def test_playing_is_turned_off_and_on_while_a_frame_is_still_read(listed, qtbot, monkeypatch):
+    window, feature, gate = listed, listed.feature(PlayFeature), threading.Event()
+    play = window.actions_["play_frames"]
+
+    def late(entry, *_):
+        def read():
+            gate.wait(5.0)
+            return Moment(entry.name, None, entry.document.frame, None)
+
+        return read
+
+    monkeypatch.setattr("gui.features.sequence.playing.moment_reader", late)
+    feature.worker._patience.setInterval(5000)
+    play.trigger()
+    for on in (False, True, False, True):
+        qtbot.waitUntil(play.isEnabled)
+        play.trigger()
+        assert play.isChecked() is on
+    gate.set()
+    qtbot.waitUntil(lambda: not feature.playing)
+    _settle(window, qtbot)
+
+
+def test_a_file_for_recording_that_is_chosen_after_playing_has_ended_is_asked_for_once(
+    listed, qtbot, monkeypatch, tmp_path
+):
+    feature, asked = listed.feature(PlayFeature), []
+
+    def choose(*_):
+        asked.append(1)
+        qtbot.waitUntil(lambda: not feature.playing)
+        return str(tmp_path / "out.mcap"), ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", choose)
+    listed.actions_["play_frames"].trigger()
+    listed.actions_["play_recorded"].trigger()
+    assert asked == [1]
+    assert listed.actions_["play_recorded"].isChecked(), "the next frames that are played are recorded"
 
 
 def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):

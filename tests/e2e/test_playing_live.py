@@ -131,6 +131,19 @@ def test_a_frame_of_a_camera_is_written_also_when_the_window_closes_and_not_if_t
     assert (tmp_path / "kept").exists()
 
 
+def test_playing_live_leaves_no_setting_and_closing_the_window_no_empty_file(
+    window, qtbot, small_frame, monkeypatch, tmp_path, answers
+):
+    monkeypatch.setattr("gui.features.sequence.live._captured", lambda: _camera(small_frame))
+    _played(window, qtbot, None, 10.0)
+    assert not window.actions_["play_completed"].isChecked()
+    answers.append(str(tmp_path / "out.mcap"))
+    window.actions_["play_recorded"].trigger()
+    assert (tmp_path / "out.mcap").exists()
+    window.close()
+    assert not (tmp_path / "out.mcap").exists()
+
+
 def _camera(frame):
     from gui.features.sequence.live import _readable
 

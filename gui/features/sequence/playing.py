@@ -13,7 +13,6 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from ilf._runtime.cancellation import acquired
@@ -35,7 +34,7 @@ from ...state.parts import Part
 from ...views.view_data import Before, Depth
 from ...widgets.basics import command_button, lay_out, menu_button
 from ...widgets.file_choice import ask_path, choose_file, choose_folder
-from ...work.jobs import Order, Worker
+from ...work.jobs import Make, Order, Worker
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
@@ -198,6 +197,7 @@ class PlayFeature(Feature):
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._end())
         self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(self._start)
         self.playback = Playback()
         self.written: dict[str, Callable[[], Depth | None]] = {}
         """Id of a frame -> what reads its depth in the latest export of this window that completed it from its
@@ -210,6 +210,10 @@ class PlayFeature(Feature):
         """What is played of the list; nothing if it is played live."""
         self._live: tuple[str | None, float | None] | None = None
         """The recording or folder that is played live, None for the camera, and the rate that was given."""
+        self._job: Make | None = None
+        """What is played, or waits for the end of what was played before."""
+        self._completed = False
+        """Whether the list was completed while playing before frames were played live."""
         self._left: Document | None = None
         """The frame that was open before."""
         self._opening = False
@@ -309,7 +313,9 @@ class PlayFeature(Feature):
             Frames a second; those of its timestamps if left out, or 10 without any.
         """
         self._on.setChecked(False)
-        self.context.actions["play_completed"].setChecked(True)
+        completed = self.context.actions["play_completed"]
+        self._completed = completed.isChecked()
+        completed.setChecked(True)
         self._live = path, rate
         self._on.setChecked(True)
 
@@ -345,21 +351,19 @@ class PlayFeature(Feature):
         workspace, playback = self.context.workspace, self.playback
         frames = self._from_list() if self._live is None else self._from_source(*self._live)
         parameters, count = workspace.parameters.current, len(self._entries)
+        self._job = lambda: play(frames(), playback, parameters, count)
         self.shown, self._left = None, workspace.current if workspace.has_current else None
         self._clock.clear()
         self.context.centre.show_images()
         self.context.views.keep_pictures(True)
         workspace.show(None)
         self.context.actions.refresh()
+        self._start()
 
-        def start() -> None:
-            if self.playing:
-                self.worker.start(lambda: play(frames(), playback, parameters, count), paused=True)
-
-        if self.worker.busy:  # the former one still ends
-            self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
-        else:
-            start()
+    def _start(self) -> None:
+        """Play what has begun, once what was played before has ended."""
+        if self.playing and self._job is not None and not self.worker.busy:
+            self.worker.start(self._job, paused=True)
 
     def _from_list(self) -> Callable[[], Generator[Due, None, None]]:
         """Return what gives the frames of the list from the current one on; after the last, from the first."""
@@ -386,8 +390,11 @@ class PlayFeature(Feature):
     def _pause(self) -> None:
         """Open the frame shown."""
         self.worker.cancel()
-        self.context.actions["play_recorded"].setChecked(False)
+        if self.playback.recorder is not None:  # else its file may just be asked for
+            self.context.actions["play_recorded"].setChecked(False)
         self._status.show_playing("")
+        if self._live is not None:
+            self.context.actions["play_completed"].setChecked(self._completed)
         self._live = None
         if self.context.workspace.has_current:
             return
@@ -480,6 +487,11 @@ class PlayFeature(Feature):
     def _fail(self, error: Exception) -> None:
         self.context.notes.report("Play", error)
         self._on.setChecked(False)
+
+    def shutdown(self) -> None:
+        """End the recording: its file is complete, and removed if nothing was recorded."""
+        if self.playback.recorder is not None:
+            self.playback.recorder.close()
 
     def _set_speed(self, speed: float | None) -> None:
         self.playback.speed = speed
