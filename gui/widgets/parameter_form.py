@@ -68,9 +68,11 @@ class ValueSlider(QSlider):
             first = finest if low <= 0 else low
             decades = math.log10(high / first)
             exact = [first * 10 ** (decades * position / _LOG_STEPS) for position in range(_LOG_STEPS + 1)]
-            values = [low] * (low <= 0) + [float(f"{value:.2g}") for value in exact]
+            self._exact = [low] * (low <= 0) + exact
+            values = [float(f"{value:.2g}") for value in self._exact]
         else:
-            values = [round(low + position * step, 9) for position in range(round((high - low) / step) + 1)]
+            self._exact = [low + position * step for position in range(round((high - low) / step) + 1)]
+            values = [round(value, 9) for value in self._exact]
         values[0], values[-1] = low, high
         within = [min(max(value, low), high) for value in values]
         self._values: list[Value] = [round(value) for value in within] if kind is int else list(within)
@@ -84,7 +86,7 @@ class ValueSlider(QSlider):
 
     def position_of(self, value: Value) -> int:
         """Return the position nearest to a value."""
-        return min(range(len(self._values)), key=lambda position: abs(float(self._values[position]) - float(value)))
+        return min(range(len(self._exact)), key=lambda position: abs(self._exact[position] - float(value)))
 
     @property
     def shown_value(self) -> Value:
@@ -223,7 +225,7 @@ class ParameterForm(QScrollArea):
         changed = value != current
         self._parameters = self._parameters.replace(**{name: value})
         self._show_row(name)
-        if changed and name in self._controlling:
+        if changed and (name in self._controlling or self._rows[name].isHidden()):
             self._show()
         if changed:
             self.changed.emit(self._parameters)
