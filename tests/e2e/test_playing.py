@@ -275,7 +275,8 @@ def test_a_loop_over_frames_that_cannot_be_read_ends():
         raise InputError("It cannot be read.")
 
     playback = Playback(loop=True)
-    assert not [*play(frames_from(2 * [read], 0, playback), playback, preset(), 2)]
+    with pytest.raises(InputError, match="It cannot be read"):
+        next(play(frames_from(2 * [read], 0, playback), playback, preset(), 2))
 
 
 def test_the_list_takes_frames_out_and_notes_by_keys(listed, qtbot):

@@ -124,8 +124,14 @@ def play(
         Of the filter, to complete frames.
     count : int
         Playing ends after so many frames in a row that cannot be read; never for 0.
+
+    Raises
+    ------
+    IlfError
+        Why the last frame cannot be read, if none can.
     """
     before, shown, left_out, unreadable, failed = None, 0, 0, 0, 0
+    problem: IlfError | None = None
     with (
         acquired(_playing),
         closing(frames),
@@ -139,10 +145,10 @@ def play(
                 if playback.completes and moment.depth is None:
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
-            except IlfError:
-                unreadable, failed = unreadable + 1, failed + 1
+            except IlfError as error:
+                unreadable, failed, problem = unreadable + 1, failed + 1, error
                 if failed == count:
-                    return
+                    break
             else:
                 before = before if row > shown else None  # the first one again
                 change = moment.since(before, row - shown) if playback.flickers else Before()
@@ -150,6 +156,8 @@ def play(
                 recorded = 0 if recorder is None else recorder.write(moment)
                 yield PlayedFrame(row, moment, change, left_out, unreadable, recorded, stream.statistics)
                 before, shown, failed = moment, row, 0
+        if before is None and problem is not None:
+            raise problem
 
 
 def frames_from(readers: Sequence[Callable[[], Moment]], row: int, playback: Playback) -> Generator[Due, None, None]:
@@ -195,7 +203,7 @@ class PlayFeature(Feature):
         context.actions["speed_normal"].setChecked(True)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
-        self.worker.finished.connect(lambda _: self._end())
+        self.worker.finished.connect(lambda _: self._on.setChecked(False))
         self.worker.failed.connect(self._fail)
         self.worker.cancelled.connect(self._start)
         self.playback = Playback()
@@ -477,12 +485,6 @@ class PlayFeature(Feature):
         parts += [f"{counted(shown.recorded, 'frame')} recorded"] * bool(shown.recorded)
         place = f" ({shown.row + 1} of {len(self._entries)})" if self._entries else ""
         return f"{shown.moment.name}{place}: {', '.join(parts)}"
-
-    def _end(self) -> None:
-        """Open the last frame."""
-        if self.shown is None:
-            self.context.notes.show_message("None of the frames can be read.")
-        self._on.setChecked(False)
 
     def _fail(self, error: Exception) -> None:
         self.context.notes.report("Play", error)
