@@ -230,18 +230,21 @@ class PlayFeature(Feature):
         """The place that the views show when playing ends."""
         self._clock = deque[float](maxlen=_RECENT)
         self._saver = LatestRequest(self, must_finish=True)
+        self.bar = self._make_bar()
+        context.centre.add_before(self._frames.bar, self.bar)
+        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
+        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
+        self._listen()
+
+    def _listen(self) -> None:
+        """Follow the frames and what the user does elsewhere."""
+        context, entries = self.context, self.context.workspace.entries
         context.loader.listed.connect(self._note_times)
-        workspace = context.workspace
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
-        self.bar = self._make_bar()
-        context.centre.add_before(self._frames.bar, self.bar)
-        entries = workspace.entries
         self._on.toggled.connect(lambda _: context.refresh.mark("play bar"))
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1 or self.playing), Part.LIST)
-        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
-        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
 
     def _make_bar(self) -> QWidget:
         """Return the buttons beside the film strip, play and a menu of what belongs to it, which is in the menu bar,
