@@ -219,7 +219,7 @@ class PlayFeature(Feature):
         self._live: tuple[str | None, float | None] | None = None
         """The recording or folder that is played live, None for the camera, and the rate that was given."""
         self._job: Make | None = None
-        """What is played, or waits for the end of what was played before."""
+        """What waits for the end of what was played before."""
         self._completed = False
         """Whether the list was completed while playing before frames were played live."""
         self._left: Document | None = None
@@ -372,9 +372,10 @@ class PlayFeature(Feature):
         self._start()
 
     def _start(self) -> None:
-        """Play what has begun, once what was played before has ended."""
-        if self.playing and self._job is not None and not self.worker.busy:
-            self.worker.start(self._job, paused=True)
+        """Play what waits, once what was played before has ended."""
+        if self._job is not None and not self.worker.busy:
+            job, self._job = self._job, None
+            self.worker.start(job, paused=True)
 
     def _from_list(self) -> Callable[[], Generator[Due, None, None]]:
         """Return what gives the frames of the list from the current one on; after the last, from the first."""
@@ -400,6 +401,7 @@ class PlayFeature(Feature):
 
     def _pause(self) -> None:
         """Open the frame shown."""
+        self._job = None
         self.worker.cancel()
         if self.playback.recorder is not None:  # else its file may just be asked for
             self.context.actions["play_recorded"].setChecked(False)
