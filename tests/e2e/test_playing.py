@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.sequence.flicker import Moment, written_depth
+from gui.features.sequence.moment import Moment, written_depth
 from gui.features.sequence.playing import Playback, PlayFeature, frames_from, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset

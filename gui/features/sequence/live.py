@@ -19,7 +19,7 @@ from ilf.sources.source import Source
 from ilf.stream.pacing import USUAL_RATE, rate_of
 from ilf.stream.recording import StreamRecorder
 
-from .flicker import Due, Moment
+from .moment import Due, Moment
 
 
 def live_frames(path: str | None) -> tuple[float, Generator[Due, None, None]]:

@@ -41,7 +41,7 @@ from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .flicker import Due, Moment, moment_reader
+from .moment import Due, Moment, moment_reader
 
 if TYPE_CHECKING:
     from .live import MomentRecorder
