@@ -24,7 +24,7 @@ from scipy.sparse import csr_array, hstack
 from ilf.completion.confidence.expected_error import DEFAULT_MODEL, difficulty_of, difficulty_samples
 from ilf.completion.confidence.features import FEATURES, FLOOR, default_edges, error_features, filled_pixels
 from ilf.completion.confidence.fitted import MODELS
-from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight, unusual
+from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, ErrorModel, gap_weight, unusual
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
@@ -171,8 +171,7 @@ def _fit_curves(features: Values, logarithms: Values, weights: Values) -> ErrorM
             loss, constants, (width,), "L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": 300, "maxfun": 600}
         ).x
     curves = tuple(
-        Curve(_rounded(of_it), _rounded(np.cumsum(constants[1:][part])))
-        for of_it, part in zip(knots, parts, strict=True)
+        (_rounded(of_it), _rounded(np.cumsum(constants[1:][part]))) for of_it, part in zip(knots, parts, strict=True)
     )
     return ErrorModel(round(float(constants[0]), _DECIMALS), curves)
 
@@ -207,7 +206,7 @@ _SCENES, _SCENE_WEIGHT = 40, 0.5
 
 _FITTED = '''"""Models of the expected error, written by assets/models/fit_expected_error.py."""
 
-from .model import Curve, ErrorModel
+from .model import ErrorModel
 
 # fmt: off
 MODELS = {
@@ -441,7 +440,7 @@ def as_python(models: dict[str, ErrorModel]) -> str:
     lines = []
     for name, model in models.items():
         lines.append(f'    "{name}": ErrorModel(level={model.level}, usual={model.usual}, own={model.own}, curves=(\n')
-        lines += [f"        Curve({curve.knots}, {curve.values}),\n" for curve in model.curves]
+        lines += [f"        ({knots}, {values}),\n" for knots, values in model.curves]
         lines.append("    )),\n")
     return _FITTED % "".join(lines)
 

@@ -156,6 +156,7 @@ class EditSummaryFeature(Feature):
         workspace.edited.connect(self._take)
         workspace.on(Part.FRAME, self._turn)
         workspace.on(Part.REPLACED, self._forget)
+        workspace.on(Part.GROUND_TRUTH, self._ask_again)
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         context.runs.state_changed.connect(self._go_on)
         context.runs.resolved.connect(self._tell_resolved)
@@ -221,6 +222,11 @@ class EditSummaryFeature(Feature):
             partial(self._say, change),
             lambda error: self._say(change, None, f"not evaluated: {error}"),
         )
+
+    def _ask_again(self) -> None:
+        """Evaluate the edit again, because the ground truth has changed."""
+        self._asked = self._change is None or self._change.patch is None
+        self._go_on()
 
     def _note_idle(self) -> None:
         """Note the completion before an edit, unless a run is changing it."""

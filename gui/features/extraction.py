@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from ilf._runtime.formatting import counted
+from ilf._runtime.formatting import counted, covered
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
+from ilf.segmentation.extraction import Extraction, extract
 
 from ..base import theme
 from ..base.commands import Command, command
@@ -24,7 +25,6 @@ from ..views.view_data import ShownStage
 from ..widgets.basics import TEXT_BESIDE_ICON, command_button, lay_out
 from ..widgets.notices import error_text
 from ..widgets.parameter_form import ParameterForm
-from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from .context import Context
 from .panel import Panel
 
@@ -68,7 +68,7 @@ class ExtractionPanel(Panel):
         self._frame: RGBDFrame | None = None
         self._drawn: _Stage | None = None
         """What the picture in the view answers."""
-        self._found: FoundBlocks | None = None
+        self._found: Extraction | None = None
         """The extraction in the view."""
         self._failure = ""
         self._previews = True
@@ -156,13 +156,13 @@ class ExtractionPanel(Panel):
         stage = ShownStage(views.data.stage.name) if "message" in changes else views.data.stage
         views.show_found(stage=stage._replace(**changes))
 
-    def _show_stage(self, stage: _Stage, found: FoundBlocks, picture: NDArray[np.uint8]) -> None:
+    def _show_stage(self, stage: _Stage, found: Extraction, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
         self._found = found
         self._failure = ""
         if (name := stage[-1]) == self.context.views.data.stage.name:
             self._drawn = stage
-            legend, text = stage_legend(name, found.extraction), stage_count(name, found.extraction)
+            legend, text = stage_legend(name, found), stage_count(name, found)
             self.context.views.show_found(stage=ShownStage(name, picture, text=text, legend=legend))
         self._describe()
 
@@ -212,7 +212,7 @@ class ExtractionPanel(Panel):
             if self._failure:
                 note = html.escape(self._failure)
             elif self._found is not None:
-                text, note = html.escape(self._text(self._found)), html.escape(" ".join(self._found.extraction.notes))
+                text, note = html.escape(self._text(self._found)), html.escape(" ".join(self._found.notes))
         elif self._previews and workspace.current.blocks.extraction != workspace.parameters.extraction:
             link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(LAYOUT_TEXTS[LAYOUT])}</a>'
             text = f"Choose the view set {link} to see the result of these parameters."
@@ -225,22 +225,22 @@ class ExtractionPanel(Panel):
         self._summary.setText("<br>".join(lines))
         self._summary.setVisible(bool(lines))
 
-    def _text(self, found: FoundBlocks) -> str:
+    def _text(self, found: Extraction) -> str:
         workspace = self.context.workspace
         if self._previews:
             title = "Preview"
         else:
-            fits = found.parameters == workspace.parameters.extraction
+            fits = workspace.current.blocks.extraction == workspace.parameters.extraction
             title = "With these parameters" if fits else "With other parameters"
-        blocks = found.extraction.blocks
+        blocks = found.blocks
         locked, by_hand = workspace.current.staying(workspace.parameters.keeps_handmade)
         kinds = (len(locked), "locked"), (len(by_hand), "made by hand")
         kept = " and ".join(f"{counted(count, 'block')} {kind}" for count, kind in kinds if count)
         around = f", around {kept}" if kept else ""
-        return f"{title}: {describe_blocks(int(blocks.max()), blocks)}{around}."
+        return f"{title}: {covered(int(blocks.max()), float((blocks > 0).mean()))}{around}."
 
 
-def _draw_stage(frame: RGBDFrame, parameters: BlockParameters, stage: str) -> tuple[FoundBlocks, NDArray[np.uint8]]:
+def _draw_stage(frame: RGBDFrame, parameters: BlockParameters, stage: str) -> tuple[Extraction, NDArray[np.uint8]]:
     """Extract the blocks, whose parts are cached with the frame, and draw a stage; called in a worker thread."""
-    found = find(frame, parameters)
-    return found, stage_picture(stage, frame.rgb, found.extraction)
+    found = extract(frame, parameters)
+    return found, stage_picture(stage, frame.rgb, found)

@@ -24,7 +24,6 @@ from ilf.data.presets import (
     PRESET_SUFFIX,
     UserPreset,
     delete_preset,
-    import_preset,
     list_presets,
     read_preset,
     rename_preset,
@@ -198,11 +197,12 @@ class PresetBox(Themed, QWidget):
         if not path:
             return
         try:
-            name = read_preset(Path(path)).name
+            found = read_preset(path)
         except IlfError as error:
             self._context.notes.report("Import preset", error)
             return
-        take = partial(import_preset, path, replace=name in self._own)
+        name = found.name
+        take = partial(save_preset, name, found.parameters, found.extraction, replace=name in self._own)
         done = f"{name} imported: select it in the list of presets."
         self._change("Import preset", take, done, replaces=name)
 

@@ -128,7 +128,7 @@ class PropagationRun:
     done, kept : list of str
         Names of the frames that have received blocks, and of those that have been worked on and kept theirs.
     ways : list of str
-        The method used for each frame of `done`.
+        The method used for each of the former.
     to_check : int
         Number of blocks that need a check.
     notes : list of str

@@ -20,9 +20,9 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.label_map import Box
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
+from ilf.evaluation.quality.checks import find_places, propagated_places
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
 from ilf.evaluation.quality.places import Place, without_ignored
-from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import Remedy, find_remedy
 from ilf.segmentation.edges.frame_edges import find_edges
 

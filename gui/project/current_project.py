@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from filelock import FileLock
 
-from ilf.data.parameters import BlockParameters, Parameters
 from ilf.project.archive import file_identity
 from ilf.project.project import FrameSummary, Project, ProjectFrame
 from ilf.project.recovery import autosave_folder
@@ -62,17 +61,6 @@ def apply_settings(workspace: Workspace, project: Project) -> None:
     workspace.parameters.set_keeps_handmade(project.keeps_handmade)
 
 
-class ProjectSettings(NamedTuple):
-    """The settings of a project apart from its frames' states, to detect unsaved changes."""
-
-    frames: tuple[str, ...]
-    """Their ids."""
-    shared: Parameters | None
-    """Parameters of all frames; None if each frame has its own."""
-    extraction: BlockParameters
-    keeps_handmade: bool
-
-
 class CurrentProject:
     """The current project: its file and its unsaved changes.
 
@@ -93,9 +81,10 @@ class CurrentProject:
         self._mark: tuple[int, ...] | None = None
         """That of the file when it was opened or saved; None if there was none."""
         self._lock: FileLock | None = None
-        self._saved = self._settings()
+        self._saved = Project()
+        """The project in the file, or else as it was when it had none."""
         self.found_elsewhere = False
-        self._saved_frames: dict[str, ProjectFrame] = {}
+        self.take(None)
 
     @property
     def name(self) -> str:
@@ -115,28 +104,30 @@ class CurrentProject:
     def words(self) -> str:
         """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of
         frames does not count."""
-        now, saved = self._settings(), self._saved
-        texts = ["list of frames"] * (self.path is not None and now.frames != saved.frames)
-        texts += ["parameters for all frames"] * (now.shared != saved.shared)
-        texts += ["extraction parameters"] * (now[2:] != saved[2:])
+        saved, parameters = self._saved, self._workspace.parameters
+        listed = [entry.id for entry in self._workspace.entries] != [frame.id for frame in saved.frames]
+        shared = parameters.for_all
+        extraction = parameters.extraction, parameters.keeps_handmade
+        texts = ["list of frames"] * (self.path is not None and listed)
+        texts += ["parameters for all frames"] * (shared != (saved.common if saved.for_all else None))
+        texts += ["extraction parameters"] * (extraction != (saved.extraction, saved.keeps_handmade))
         texts += ["paths of files"] * self.found_elsewhere
         return ", ".join(texts)
 
-    def _settings(self) -> ProjectSettings:
-        parameters, frames = self._workspace.parameters, tuple(entry.id for entry in self._workspace.entries)
-        shared = parameters.shared.values if parameters.shared.on else None
-        return ProjectSettings(frames, shared, parameters.extraction, parameters.keeps_handmade)
+    def _saved_frames(self) -> dict[str, ProjectFrame]:
+        """Return the listed frames as they are in the file, by id; those that it lacks have no state."""
+        frames = {entry.id: ProjectFrame(entry.id, entry.name, source_of(entry)) for entry in self._workspace.entries}
+        return frames | {frame.id: frame for frame in self._saved.frames if frame.id in frames}
 
     def snapshot(self, view: Mapping[str, Any], only: Collection[str] | None = None) -> Project:
         """Return the current project for saving; with `only`, all other frames as they were saved before."""
-        project = project_of(self._workspace)
-        frames = []
-        for frame in project.frames:
-            if only is None or frame.id in only:
-                frames.append(frame)
-            else:
-                before = self._saved_frames.get(frame.id, ProjectFrame(frame.id, frame.name, frame.source))
-                frames.append(replace(frame, summary=before.summary, has_state=before.has_state))
+        project, saved = project_of(self._workspace), self._saved_frames()
+        frames = [
+            frame
+            if only is None or frame.id in only
+            else replace(frame, summary=saved[frame.id].summary, has_state=saved[frame.id].has_state)
+            for frame in project.frames
+        ]
         return replace(project, frames=tuple(frames), view=view)
 
     def take(self, path: Path | None, project: Project | None = None, read_only: str = "") -> None:
@@ -148,11 +139,9 @@ class CurrentProject:
             if self._lock is None and not read_only:
                 self.read_only = f"{path.name} is open in another window: Save will ask for another file."
         self._mark = None if path is None else file_identity(path)
-        self._saved_frames, self._saved, self.found_elsewhere = {}, self._settings(), False
-        if project is not None:
-            self._saved_frames = {frame.id: frame for frame in project.frames}
-            shared = project.common if project.for_all else None
-            self._saved = ProjectSettings(tuple(self._saved_frames), shared, project.extraction, project.keeps_handmade)
+        self._saved, self.found_elsewhere = project or Project(), False
+        if project is None:
+            self._saved = replace(project_of(self._workspace), frames=tuple(self._saved_frames().values()))
 
     def release(self) -> None:
         """Let other windows save the file."""
@@ -160,14 +149,17 @@ class CurrentProject:
             self._lock.release()
             self._lock = None
 
-    def mark_saved(self, setting: str) -> None:
-        """Mark one of the settings as saved: the frames were found again, or the extraction came with a frame."""
-        self._saved = self._saved._replace(**{setting: getattr(self._settings(), setting)})
+    def mark_listed(self) -> None:
+        """Note that the list of frames was found again, and is no change."""
+        self._saved = replace(self._saved, frames=tuple(self._saved_frames().values()))
+
+    def mark_extraction(self) -> None:
+        """Note that the extraction parameters came with a frame, and are no change."""
+        self._saved = replace(self._saved, extraction=self._workspace.parameters.extraction)
 
     def saved_summary(self, entry: Entry) -> FrameSummary | None:
         """Return the summary of a frame in the file; None if the file has no state of it."""
-        saved = self._saved_frames.get(entry.id)
-        return None if saved is None or not saved.has_state else saved.summary
+        return next((one.summary for one in self._saved.frames if one.id == entry.id and one.has_state), None)
 
     def changed_on_disk(self) -> bool:
         """Return whether another program has changed, made or removed the file since it was opened or saved."""

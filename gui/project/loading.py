@@ -8,12 +8,12 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-from weakref import WeakSet
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
+from ilf._runtime.formatting import covered
 from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
@@ -25,6 +25,7 @@ from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
+from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import NotAllowed, note_opened
@@ -36,8 +37,8 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..widgets.notes import Notes
 from ..widgets.notices import ACCEPT, ask, error_text
-from ..work.found_blocks import FoundBlocks, describe_blocks, find
 from ..work.latest_request import Job, JobQueue
+from ..work.steps import Steps, in_steps
 from .store import WorkStore
 
 _RECORDED = "They are those of a recorded run, which is shown with its result."
@@ -71,15 +72,12 @@ class FrameLoader(QObject):
         The FrameRef of a folder, and the Listing of its frames, which are now in the list.
     opening_failed(object, object)
         An Entry, and the exception that was raised on opening it.
-    idle()
-        All work has ended.
     """
 
     busy_changed = Signal()
     replayed = Signal(object)
     listed = Signal(object, object)
     opening_failed = Signal(object, object)
-    idle = Signal()
 
     def __init__(self, workspace: Workspace, store: WorkStore, notes: Notes, window: QWidget) -> None:
         super().__init__(window)
@@ -88,12 +86,8 @@ class FrameLoader(QObject):
         self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
-        self._was_busy = False
-        self._postponed = WeakSet[Document]()
-        """Frames whose extraction was postponed because another frame was shown."""
         for line in self._lines:
-            line.changed.connect(self._emit_busy)
-        workspace.on(Part.FRAME, self._resume_postponed)
+            line.changed.connect(self.busy_changed)
         workspace.on(Part.LIST, self._cancel_closed)
 
     @property
@@ -114,20 +108,28 @@ class FrameLoader(QObject):
 
     # opening
 
-    def open(self, source: FrameRef) -> None:
+    @in_steps
+    def open(self, source: FrameRef) -> Steps[None]:
         """Read a frame, show it, and extract its blocks; of a folder with a result, open the recorded run.
 
         A frame of the list is only shown; if it was read with other options, it is read again and replaced, or, if only
         its camera differs, this is taken over, and the work on it stays.
         """
+        workspace, entries = self._workspace, self._workspace.entries
         if self._shows(source):
             return
-        if self._workspace.entries.of_key(source.key) is None and is_result_folder(source):
+        if entries.of_key(source.key) is None and is_result_folder(source):
             self.open_new(source, source.name)
             return
-        parameters = self._workspace.parameters.extraction
-        do, take = partial(_open, source, parameters), partial(self._take_opened, source)
-        self.read(f"Opening {Path(source.key).name}", do, take)
+        read = partial(_open, source, workspace.parameters.extraction)
+        opened: _Opened = yield partial(self.read, f"Opening {Path(source.key).name}", read)
+        former = entries.of_key(source.key)
+        if former is not None:
+            if self._shows(source) or self._take_camera(former, source, opened[0].frame):
+                return
+            yield partial(self.replace, [former])
+            workspace.remove_entries([former])
+        self._show_opened(source, opened)
 
     def open_run(self, record: Path) -> None:
         """Open the run.json of a result, as its folder: the frame, blocks, parameters and result of the run."""
@@ -137,16 +139,28 @@ class FrameLoader(QObject):
             error = InputError(f"{record} is not a run record: give the {RECORD_FILE} of an export, under this name.")
             self._notes.report(f"Opening {record.name}", error)
 
-    def open_folder(self, how: FrameRef, show: bool = True) -> None:
+    @in_steps
+    def open_folder(self, how: FrameRef, show: bool = True) -> Steps[None]:
         """Add the frames of a folder to the list, with the reading options of `how`; with `show`, open the first, and
         replace frames of the list that were read with other options."""
-        what = f"Looking for frames in {Path(how.rgb).name}"
+        workspace, entries = self._workspace, self._workspace.entries
 
         def find() -> tuple[Listing, list[Entry]]:
             listing = list_frames(how.rgb, how.options)
             return listing, [Entry.of(source, from_folder=True) for source in listing.sources]
 
-        self.read(what, find, lambda found: self._take_listing(how, found[0], found[1], show))
+        listing, found = yield partial(self.read, f"Looking for frames in {Path(how.rgb).name}", find)
+        options = {source.key: source.options for source in listing.sources}
+        there = [entry for key in options if show and (entry := entries.of_key(key)) is not None]
+        others = [one for one in there if one.source is not None and one.source.options != options[one.key]]
+        if others:
+            yield partial(self.replace, others)
+        workspace.remove_entries(others)
+        workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        self.listed.emit(how, listing)
+        first = entries.of_key(found[0].key)
+        if show and first is not None:
+            self.open_entry(first)
 
     def open_entry(self, entry: Entry) -> None:
         """Show a frame of the list, in its stored state or read from its files.
@@ -210,19 +224,6 @@ class FrameLoader(QObject):
         self.open_entry(entry)
         return True
 
-    def _take_opened(self, origin: FrameRef, opened: _Opened) -> None:
-        """Show a frame that was read, in place of the same one that was read with other options."""
-        former = self._workspace.entries.of_key(origin.key)
-        if former is None:
-            self._show_opened(origin, opened)
-        elif not (self._shows(origin) or self._take_camera(former, origin, opened[0].frame)):
-
-            def take_place() -> None:
-                self._workspace.remove_entries([former])
-                self._show_opened(origin, opened)
-
-            self.replace([former], take_place)
-
     def _take_camera(self, entry: Entry, origin: FrameRef, frame: RGBDFrame) -> bool:
         """Take over the camera of a frame that was read again; return False if more of it differs."""
         document = entry.document
@@ -256,25 +257,6 @@ class FrameLoader(QObject):
         self._notes.warn(f"{document.name}: opened without some of its files", decoded.problems)
         return document
 
-    def _take_listing(self, how: FrameRef, listing: Listing, found: Sequence[Entry], show: bool) -> None:
-        workspace, entries = self._workspace, self._workspace.entries
-        options = {source.key: source.options for source in listing.sources}
-        there = [entry for key in options if show and (entry := entries.of_key(key)) is not None]
-        others = [one for one in there if one.source is not None and one.source.options != options[one.key]]
-
-        def add() -> None:
-            workspace.remove_entries(others)
-            workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
-            self.listed.emit(how, listing)
-            first = entries.of_key(found[0].key)
-            if show and first is not None:
-                self.open_entry(first)
-
-        if others:
-            self.replace(others, add)
-        else:
-            add()
-
     def _note_problem(self, entry: Entry, error: Exception) -> None:
         self.opening_failed.emit(entry, error)
         problem = error_text(error)
@@ -287,7 +269,7 @@ class FrameLoader(QObject):
 
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
-        self._ask_extraction(document, find, partial(self._take_extraction, document))
+        self._ask_extraction(document, extract, self._take_extraction)
 
     def is_extracting(self, document: Document) -> bool:
         """Whether a frame's extraction is in progress or waiting."""
@@ -297,36 +279,31 @@ class FrameLoader(QObject):
         """Whether frames are being read, or the blocks of this one extracted."""
         return self._reading.busy or self._extracting.has(document)
 
-    def is_postponed(self, document: Document) -> bool:
-        """Whether a frame's extraction was postponed because another frame was shown."""
-        return document in self._postponed
-
     def _extract_first(self, document: Document, transient: bool = False) -> None:
-        """Extract the blocks of a frame that was opened without any; `transient`: only if it is still the current
-        one."""
+        """Extract the blocks of a frame that was opened without any. With `transient`, one that is not shown any more
+        is closed instead, unless it has been worked on: it is opened again when it is shown."""
 
         def wanted() -> bool:
-            if document.blocks.propagated_from:
-                return False
-            if not transient or self._workspace.is_shown(document):
-                return True
-            self._postponed.add(document)
-            return False
+            passed = transient and not self._workspace.is_shown(document)
+            if passed and not (document.unsaved or document.counts()):
+                self._workspace.unload(document, stored=False)
+            return document in self._workspace.open and not document.blocks.propagated_from
 
-        self._ask_extraction(document, _extract_first, partial(self._take_first, document), wanted)
+        self._ask_extraction(document, _extract_first, self._take_first, wanted)
 
     def _ask_extraction(
         self,
         document: Document,
-        extract: Callable[[RGBDFrame, BlockParameters], FoundBlocks],
-        take: Callable[[FoundBlocks], None],
+        extract: Callable[[RGBDFrame, BlockParameters], Extraction],
+        take: Callable[[Document, Extraction, BlockParameters], None],
         wanted: Callable[[], bool] = lambda: True,
     ) -> None:
         what, documents = f"Extracting blocks of {document.name}", self._workspace.open
+        parameters = self._workspace.parameters.extraction
         self._extracting.add(
             Job(
-                partial(extract, document.frame, self._workspace.parameters.extraction),
-                lambda found: take(found) if document in documents else None,
+                partial(extract, document.frame, parameters),
+                lambda found: take(document, found, parameters) if document in documents else None,
                 partial(self._notes.report, what),
                 what=what,
                 still_wanted=lambda: document in documents and wanted(),
@@ -334,45 +311,31 @@ class FrameLoader(QObject):
             )
         )
 
-    def _resume_postponed(self) -> None:
-        """Start the postponed extraction of the current frame."""
-        document = self._workspace.current if self._workspace.has_current else None
-        if document is not None and document in self._postponed:
-            self._postponed.discard(document)
-            self._extract_first(document, transient=True)
-
     def _cancel_closed(self) -> None:
         """Cancel extractions of closed frames."""
         self._extracting.cancel_if(lambda document: document not in self._workspace.open)
 
-    def _take_first(self, document: Document, found: FoundBlocks) -> None:
+    def _take_first(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of a frame that was opened without any, unless blocks were propagated to it since."""
         if document.blocks.propagated_from:
             return
         if document.undo_stack.count() or document.counts():
-            document.set_extracted(found.extraction, found.parameters, self._workspace.parameters.keeps_handmade)
+            document.set_extracted(found, parameters, self._workspace.parameters.keeps_handmade)
         else:
-            document.set_first(found.extraction, found.parameters)
+            document.set_first(found, parameters)
         beside = described_beside(document.origin) if isinstance(document.origin, FrameRef) else ""
-        self._report_blocks(document, beside, *document.frame.notes, *found.extraction.notes)
+        self._report_blocks(document, beside, *document.frame.notes, *found.notes)
 
-    def _take_extraction(self, document: Document, found: FoundBlocks) -> None:
+    def _take_extraction(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of an extraction with the workspace's parameters."""
         keeps_handmade = self._workspace.parameters.keeps_handmade
-        kept = document.set_extracted(found.extraction, found.parameters, keeps_handmade)
-        self._report_blocks(document, _describe_kept(*kept), *found.extraction.notes)
+        kept = document.set_extracted(found, parameters, keeps_handmade)
+        self._report_blocks(document, _describe_kept(*kept), *found.notes)
 
     def _report_blocks(self, document: Document, *notes: str) -> None:
-        text = f"{document.name}: {describe_blocks(len(document.counts()), document.labels)}."
+        share = float((document.labels > 0).mean())
+        text = f"{document.name}: {covered(len(document.counts()), share)}."
         self._notes.show_message(" ".join(filter(None, (text, *notes))))
-
-    # both
-
-    def _emit_busy(self) -> None:
-        was_busy, self._was_busy = self._was_busy, self.busy
-        self.busy_changed.emit()
-        if was_busy and not self.busy:
-            self.idle.emit()
 
 
 def ask_allowed(
@@ -413,7 +376,7 @@ def _open(source: FrameRef, parameters: BlockParameters, places: Places | None =
     return Run(frame, Blocks(no_blocks, extraction=parameters, extracted=no_blocks)), None
 
 
-def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> FoundBlocks:
-    found = find(frame, parameters)
+def _extract_first(frame: RGBDFrame, parameters: BlockParameters) -> Extraction:
+    found = extract(frame, parameters)
     edges_for(frame, preset(), parameters)  # in advance, so that the first slider move is fast
     return found

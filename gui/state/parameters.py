@@ -74,9 +74,14 @@ class DocumentParameters:
         return self._workspace.current.state.common if self._workspace.has_current else self.shared.values
 
     @property
+    def for_all(self) -> Parameters | None:
+        """The parameters that all frames share, if any."""
+        return self.shared.values if self.shared.on else None
+
+    @property
     def of_next_frame(self) -> Parameters:
         """Parameters that the next frame starts with."""
-        return self.shared.values if self.shared.on else self.current
+        return self.for_all or self.current
 
     def leave(self) -> None:
         """Remember the parameters of the current frame for the next one; called before another one is shown."""

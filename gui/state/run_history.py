@@ -26,7 +26,7 @@ MAX_STORED = 200
 MAX_MEMORY = 400 * 1024**2
 """Maximum memory [bytes] of a history: label maps of a frame that is edited often add up."""
 
-_RECORD = 82
+_RECORD = 280
 """Approximate memory [bytes] of an iteration's record."""
 
 _IN_NAMES = 2

@@ -5,6 +5,8 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Sequence
 from datetime import datetime
+from functools import partial
+from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
@@ -82,6 +84,7 @@ def ask(
     default: int = -1,
     otherwise: Callable[[], object] = lambda: None,
     icon: QMessageBox.Icon = QMessageBox.Icon.Warning,
+    cancel: str = "Cancel",
 ) -> None:
     """Ask a question in plain text without blocking.
 
@@ -90,7 +93,7 @@ def ask(
     title, text, more : str
         Title of the box, the question, and a sentence below it.
     answers : sequence of Answer
-        *Cancel* is added to them.
+        *Cancel*, or another text, is added to them.
     default : int
         Position of the default answer; -1 for *Cancel*.
     otherwise : callable
@@ -105,6 +108,7 @@ def ask(
     box.setInformativeText(more)
     buttons = [box.addButton(name, role) for name, role, _ in answers]
     buttons.append(box.addButton(QMessageBox.StandardButton.Cancel))
+    buttons[-1].setText(cancel)
     box.setDefaultButton(buttons[default])
 
     def answer() -> None:
@@ -114,6 +118,23 @@ def ask(
 
     box.finished.connect(lambda _: answer())
     box.open()
+
+
+def question(
+    parent: QWidget,
+    title: str,
+    text: str,
+    more: str,
+    answers: Sequence[tuple[str, QMessageBox.ButtonRole]],
+    **options: Any,
+) -> Callable[[Callable[[str], object]], None]:
+    """Return what asks a question as `ask` does, and calls a function with the text of the answer, "" for *Cancel*."""
+
+    def put(take: Callable[[str], object]) -> None:
+        told = [(name, role, partial(take, name)) for name, role in answers]
+        ask(parent, title, text, more, told, otherwise=partial(take, ""), **options)
+
+    return put
 
 
 def error_text(error: Exception) -> str:

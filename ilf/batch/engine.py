@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
@@ -46,22 +47,6 @@ OTHER_MACHINE = "This machine differs in program version, networks or files from
 """Message of a worker whose settings have another hash."""
 
 
-@dataclass
-class Counts:
-    """Numbers of frames: completed and failed before, completed and failed now, and all that concern this batch."""
-
-    before: int = 0
-    failed_before: int = 0
-    completed: int = 0
-    failed: int = 0
-    total: int = 0
-
-    @property
-    def left(self) -> int:
-        """Number of frames that are not done."""
-        return self.total - self.before - self.failed_before - self.completed - self.failed
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sink(ABC):
     """Where completed frames go, and what is left to complete. Workers have a copy.
@@ -73,8 +58,9 @@ class Sink(ABC):
         Whether a frame with plausibility warnings fails.
     to_do : collection
         The units that are not finished.
-    counts : Counts
-        Brought up to date by `complete_many`.
+    counts : Counter of str
+        Numbers of frames that concern this batch: completed, failed, completed_before, failed_before, not_done. Brought
+        up to date by `complete_many`.
     earlier : tuple of FrameOutcome
         Outcomes of the frames that were done before and are not done again, as far as the sink lists them.
     """
@@ -82,7 +68,7 @@ class Sink(ABC):
     settings: BatchSettings
     strict: bool = False
     to_do: Collection[Unit] = ()
-    counts: Counts = field(default_factory=Counts)
+    counts: Counter[str] = field(default_factory=Counter)
     earlier: tuple[FrameOutcome, ...] = ()
 
     # A frame, in any process.
@@ -167,10 +153,7 @@ def complete_many(sink: Sink, *, jobs: int = 1, cluster: str | None = None) -> O
     """
     try:
         for outcome in _outcomes(sink, jobs, cluster):
-            if outcome.is_completed:
-                sink.counts.completed += 1
-            else:
-                sink.counts.failed += 1
+            sink.counts.update({outcome.status: 1, "not_done": -1})
             yield outcome
     finally:
         with not_cancelled():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from ..run.options import RECORD_FILE, drop_impossible
 from ..run.run import Run
 from ..run.writing import check_write, write
 from .cluster import SHARED_FOLDER
-from .engine import OTHER_MACHINE, Counts, Sink, facts_here
+from .engine import OTHER_MACHINE, Sink, facts_here
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,
@@ -234,14 +235,9 @@ def open_folder(
         if record and same[frame] and (record.outcome.is_completed or not retry_failed)
     }
     earlier = tuple(_doubted(outcome) if strict else outcome for outcome in kept.values())
-    failed = sum(not outcome.is_completed for outcome in earlier)
-    return replace(
-        sink,
-        frames=tuple(frames),
-        to_do=tuple(frame for frame in records if frame not in kept),
-        earlier=earlier,
-        counts=Counts(len(earlier) - failed, failed, total=len(records)),
-    )
+    to_do = tuple(frame for frame in records if frame not in kept)
+    counts = Counter([f"{outcome.status}_before" for outcome in earlier] + ["not_done"] * len(to_do))
+    return replace(sink, frames=tuple(frames), to_do=to_do, earlier=earlier, counts=counts)
 
 
 def _doubted(outcome: FrameOutcome) -> FrameOutcome:

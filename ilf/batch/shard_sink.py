@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -32,7 +33,7 @@ from ..run.writing import contents
 from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
-from .engine import OTHER_MACHINE, Counts, Sink, facts_here
+from .engine import OTHER_MACHINE, Sink, facts_here
 from .frame_record import FrameOutcome, LoadedFrame
 from .frames import BatchFrame, ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
@@ -118,7 +119,7 @@ class ShardSink(Sink):
             write_part(self.part(frame.number), *part)
 
     def bare(self) -> Self:
-        return replace(self, to_do={}, counts=Counts())
+        return replace(self, to_do={}, counts=Counter())
 
     def check_here(self) -> None:
         there = read_shard_set(self.folder) if self.folder.exists(SHARDS_FILE) else None
@@ -173,7 +174,7 @@ class ShardSink(Sink):
 
     def close(self) -> None:
         """Remove the folders of parts, if no shard is left."""
-        if not self.counts.left:
+        if not self.counts["not_done"]:
             parts = self.folder.working / _PARTS
             remove_empty((parts, parts.parent))
 
@@ -247,22 +248,19 @@ def open_shards(
     facts = settings.facts() | _form(keep, per_shard)
     shards = _shard_set(target, facts, request, list_frames)
     sink = ShardSink(settings=settings, strict=strict, folder=target, shards=shards, retry_failed=retry_failed)
-    counts, to_do = Counts(), dict[int, Collection[int]]()
+    counts, to_do = Counter[str](), dict[int, Collection[int]]()
     own = range(part[0] - 1, shards.count, part[1])
     failures = _failures(sink, own)
     for index in own:
         numbers, failed = shards.numbers(index), failures.get(index)
-        counts.total += len(numbers)
         if failed is not None and not (failed and retry_failed):
-            counts.before += len(numbers) - failed
-            counts.failed_before += failed
+            counts.update(completed_before=len(numbers) - failed, failed_before=failed)
             sink.remove_parts(index)  # left by a process that was killed
             continue
         there = _statuses(sink, index, finished=failed is not None)
         done = {number for number, status in there.items() if not (retry_failed and status == "failed")}
-        completed = sum(there[number] == "completed" for number in done)
-        counts.before += completed
-        counts.failed_before += len(done) - completed
+        counts.update(f"{there[number]}_before" for number in done)
+        counts["not_done"] += len(numbers) - len(done)
         to_do[index] = frozenset(numbers) - done if done else numbers
     return replace(sink, to_do=to_do, counts=counts)
 

@@ -210,16 +210,16 @@ def _frames(arguments: argparse.Namespace) -> list[BatchFrame]:
 
 def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) -> dict[str, Any]:
     """Complete the frames, with a progress bar, and print the summary however that ends; return its numbers."""
-    started, counts = time.perf_counter(), sink.counts
+    started, counts, total = time.perf_counter(), sink.counts, sink.counts.total()
     with extended_time_limit(_SHUTDOWN_S):
         try:
             with (
-                Bar(counts.total, "frames", shown=shows_progress(arguments), done=counts.total - counts.left) as bar,
+                Bar(total, "frames", shown=shows_progress(arguments), done=total - counts["not_done"]) as bar,
                 closing(complete_many(sink, jobs=arguments.jobs or 1, cluster=arguments.dask)) as outcomes,
             ):
                 for outcome in outcomes:
                     summary.add(outcome)
-                    failed = counts.failed + counts.failed_before
+                    failed = counts["failed"] + counts["failed_before"]
                     bar.advance(f"{failed} failed" if failed else "")
         finally:
             seconds = time.perf_counter() - started

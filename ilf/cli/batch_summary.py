@@ -18,6 +18,9 @@ _MAX_LISTED = 5
 """Maximum number of failed frames listed on the terminal."""
 
 
+_ENDS = "completed", "failed", "completed_before", "failed_before", "not_done"
+
+
 class BatchSummary:
     """Sums over the frames of a batch, which may be a million.
 
@@ -59,20 +62,19 @@ class BatchSummary:
 
     def numbers(self) -> dict[str, int]:
         """Return the numbers of frames, by how they have ended."""
-        counts = self._counts
-        before = {"completed_before": counts.before, "failed_before": counts.failed_before}
-        return {"completed": counts.completed, "failed": counts.failed, **before, "not_done": counts.left}
+        return {name: self._counts[name] for name in _ENDS}
 
     def lines(self, seconds: float) -> list[str]:
         """Describe the frames of a batch that took so many seconds."""
         counts, sums = self._counts, self._sums
-        always = "completed", "failed"
         parts = [
-            f"{number} {what.replace('_', ' ')}" for what, number in self.numbers().items() if number or what in always
+            f"{number} {what.replace('_', ' ')}"
+            for what, number in self.numbers().items()
+            if number or what in _ENDS[:2]
         ]
-        rate = f" ({counts.completed / seconds:.2g} frames per second)" if counts.completed else ""
-        lines = [f"{counted(counts.total, 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
-        if counts.left:
+        rate = f" ({counts['completed'] / seconds:.2g} frames per second)" if counts["completed"] else ""
+        lines = [f"{counted(counts.total(), 'frame')}: {', '.join(parts)}, in {seconds:.0f} s{rate}."]
+        if counts["not_done"]:
             lines.append("Run the same command again to resume.")
         if sums["pixels"]:
             before, after, outside = (
@@ -90,10 +92,10 @@ class BatchSummary:
 
     def check_failures(self) -> None:
         """Raise IlfError if frames have failed."""
-        number = self._counts.failed + self._counts.failed_before
+        number = self._counts["failed"] + self._counts["failed_before"]
         if not number:
             return
-        told = [f"{number} of {counted(self._counts.total, 'frame')} failed.", "; ".join(self._failures)]
+        told = [f"{number} of {counted(self._counts.total(), 'frame')} failed.", "; ".join(self._failures)]
         if hidden := number - len(self._failures):
             what = f"And {hidden} more are" if self._failures else "They are"
             told.append(f"{what} listed in {self._listed_in} (column message).")

@@ -18,7 +18,7 @@ from .._runtime.formatting import counted
 from ..completion.confidence.expected_error import RMS_NAME
 from ..data.results import Completion
 from ..errors import InputError, one_line
-from ..project.exporting import ExportStatus, FrameToExport, export_frames, folder_names, run_and_completion
+from ..project.exporting import ExportStatus, export_frames, in_folders, run_and_completion
 from ..project.facts import FrameFacts, differences, frame_facts
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
@@ -239,11 +239,7 @@ def run_export(arguments: argparse.Namespace) -> None:
             frames = _wanted(opened, arguments.frame)
         else:
             frames = [frame for frame, _ in _with_results(opened, arguments.frame)]
-        folders = folder_names([(frame.name, frame.id) for frame in frames])
-        found = [
-            FrameToExport(frame.name, folder, partial(_run_of, opened, frame, arguments.complete))
-            for frame, folder in zip(frames, folders, strict=True)
-        ]
+        found = in_folders((one.name, one.id, partial(_run_of, opened, one, arguments.complete)) for one in frames)
         strict = bool(geometry_flags(arguments))
         for done in export_frames(found, Path(arguments.out), options, strict=strict):
             counts[done.status] += 1

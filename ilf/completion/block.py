@@ -18,7 +18,7 @@ from ..data.by_hand import DepthByHand, by_hand_of
 from ..data.frame import RGBDFrame
 from ..data.label_map import Block, drawn_of, least_known_pixels
 from ..data.parameters import BlockParameters, Parameters
-from ..data.results import BlockOutcome, BlockResult, CompactHistory, IterationRecord, Status, Step
+from ..data.results import BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ..segmentation.edges.frame_edges import FrameEdges
 from .edge_aware.iteration import EdgeAwareIteration
 from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
@@ -126,7 +126,7 @@ class BlockTask:
             block,
             depth,
             self._outcome(depth, history, stepper),
-            CompactHistory(history),
+            tuple(history),
             parameters,
             stepper.network,
             (*stepper.notes, *self.notes),

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled, run_to_end
 from .._runtime.threads import run_beside
+from ..data import presets
 from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
@@ -19,7 +20,6 @@ from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
 from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
-from ..data.presets import as_parameters
 from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks
@@ -85,7 +85,7 @@ def iterate(
     >>> stepper.surface.shape
     (600,)
     """
-    parameters = as_parameters(preset, **changes)
+    parameters = presets.preset(preset, **changes)
     given = as_blocks(blocks, checked_frame(frame).shape)
     given = given if extraction is None else replace(given, extraction=extraction)
     found = find_blocks(given.labels)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.arrays import plain_array
 from .camera import Camera
-from .pixel_grids import Pairs
+from .pixel_grids import piece_sizes
 from .points import known_pixels
 from .surface import surface_links
 
@@ -52,7 +52,7 @@ def flying_points(depth: ArrayLike, intrinsics: Camera) -> NDArray[np.bool_]:
     around = cv2.boxFilter(
         known.view(np.uint8), cv2.CV_16U, (_REACH, _REACH), normalize=False, borderType=cv2.BORDER_CONSTANT
     )
-    flying = known & (around >= _DENSE) & (_piece_sizes(known, links) < _MIN_PIECE_PIXELS)
+    flying = known & (around >= _DENSE) & (piece_sizes(known, links) < _MIN_PIECE_PIXELS)
     flying[:, 1:-1] |= _between_neighbours(image, right)
     flying[1:-1] |= _between_neighbours(image.T, down.T).T
     return np.asarray(flying)
@@ -64,16 +64,3 @@ def _between_neighbours(depth: NDArray[np.float32], right: NDArray[np.bool_]) ->
     with np.errstate(invalid="ignore"):
         within = ((before < here) & (here < after)) | ((before > here) & (here > after))
     return np.asarray(within & ~right[:, :-1] & ~right[:, 1:])
-
-
-def _piece_sizes(known: NDArray[np.bool_], links: Pairs) -> NDArray[np.int32]:
-    """Return the size [px] of the connected piece that each known pixel belongs to; 0 for other pixels."""
-    height, width = known.shape
-    # a grid of pixels with their links in between: its connected components are the pieces
-    grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
-    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = known, *links
-    _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)
-    pieces = np.ascontiguousarray(labels[::2, ::2])
-    sizes = np.bincount(pieces.reshape(-1)).astype(np.int32)
-    sizes[0] = 0
-    return np.asarray(sizes[pieces])

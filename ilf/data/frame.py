@@ -17,7 +17,7 @@ from ..errors import InputError, check_kind, told_as, warn_of_reading
 from .camera import CAMERA_DOUBT, Camera, as_camera, camera_doubt, checked_transform
 from .guide import Guide, as_guide
 from .neighbours import NeighbourDepth, agrees
-from .open3d_images import arrays_of, camera_of_open3d, image_of, pinhole_of
+from .open3d_images import arrays_of, camera_of_open3d, image_of, load_open3d
 from .pictures import html_row, plot_row
 
 # Masks of a frame, and read-only arrays.
@@ -451,7 +451,8 @@ class RGBDFrame:
         """
         if self.intrinsics is None:
             raise InputError("The camera's intrinsics are unknown: create the frame with intrinsics=.")
-        return pinhole_of(self.intrinsics, self.shape)
+        height, width = self.shape
+        return load_open3d().camera.PinholeCameraIntrinsic(width, height, *self.intrinsics.numbers)
 
     @classmethod
     def from_open3d(

@@ -11,10 +11,8 @@ from threading import Lock
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._runtime.cancellation import acquired, check_cancelled
-from .frame import RGBDFrame
 
 _MAX_VALUES = 3
 """Maximum number of cached results per function and frame, for different parameters; the latest are kept."""
@@ -25,22 +23,6 @@ _caches: dict[Callable[..., object], FrameCache[Any, Any]] = {}
 P = ParamSpec("P")
 T = TypeVar("T")
 Owner = TypeVar("Owner")
-Colour = NDArray[np.uint8]
-
-
-def once_per_frame(compute: Callable[Concatenate[RGBDFrame, P], T]) -> Callable[Concatenate[RGBDFrame, P], T]:
-    """Decorate a function so that its results are cached per frame. Arrays in the results, also in a dataclass or
-    tuple, are read-only. Thread-safe.
-
-    All arguments besides the frame must be hashable; results for the latest few combinations are cached.
-    """
-    return _once(compute)
-
-
-def once_per_image(compute: Callable[Concatenate[Colour, P], T]) -> Callable[Concatenate[Colour, P], T]:
-    """Do the same as `once_per_frame` for functions of a frame's `rgb` alone: once for all frames that share the array,
-    such as those made by `RGBDFrame.with_invalid_mask`."""
-    return _once(compute)
 
 
 def clear_cached(owner: object, *functions: Callable[..., object]) -> None:
@@ -96,7 +78,12 @@ class FrameCache(Generic[Owner, T]):
         return self._known[number]
 
 
-def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
+def once_per_frame(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[Owner, P], T]:
+    """Decorate a function so that its results are cached per frame, its first argument. Arrays in the results, also in
+    a dataclass or tuple, are read-only. Thread-safe.
+
+    All arguments besides the frame must be hashable; results for the latest few combinations are cached.
+    """
     known = FrameCache[Owner, tuple[()] | tuple[T]]()
 
     @wraps(compute)
@@ -114,6 +101,11 @@ def _once(compute: Callable[Concatenate[Owner, P], T]) -> Callable[Concatenate[O
 
     _caches[cached] = known
     return cached
+
+
+once_per_image = once_per_frame
+"""The same for functions of a frame's `rgb` alone: once for all frames that share the array, such as those made by
+`RGBDFrame.with_invalid_mask`."""
 
 
 def _freeze(value: Any) -> None:

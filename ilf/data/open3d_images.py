@@ -1,4 +1,4 @@
-"""Frames to and from Open3D, clouds and meshes to it. Open3D is imported on first use, because that takes seconds."""
+"""Open3D, and frames to and from it. Open3D is imported on first use, because that takes seconds."""
 
 from __future__ import annotations
 
@@ -48,33 +48,6 @@ def image_of(rgb: NDArray[np.uint8], depth: NDArray[np.float32]) -> Any:
         depth_trunc=float(np.finfo(np.float32).max),
         convert_rgb_to_intensity=False,
     )
-
-
-def cloud_of(points: NDArray[np.float32], colours: NDArray[np.uint8], normals: NDArray[np.float32] | None) -> Any:
-    """Convert points [m], colours and normals, each (N, 3), to an `open3d.geometry.PointCloud`."""
-    cloud = load_open3d().geometry.PointCloud(_vectors(points))
-    cloud.colors = _vectors(colours / 255)
-    if normals is not None:
-        cloud.normals = _vectors(normals)
-    return cloud
-
-
-def mesh_of(vertices: Any, faces: NDArray[np.int32]) -> Any:
-    """Convert vertices, an `open3d.geometry.PointCloud`, and faces, (M, 3), to an `open3d.geometry.TriangleMesh`."""
-    o3d = load_open3d()
-    mesh = o3d.geometry.TriangleMesh(vertices.points, o3d.utility.Vector3iVector(faces))
-    mesh.vertex_colors, mesh.vertex_normals = vertices.colors, vertices.normals
-    return mesh
-
-
-def _vectors(values: NDArray[Any]) -> Any:
-    return load_open3d().utility.Vector3dVector(values.astype(np.float64))
-
-
-def pinhole_of(camera: Camera, shape: tuple[int, int]) -> Any:
-    """Convert intrinsics for images (H, W) to an `open3d.camera.PinholeCameraIntrinsic`."""
-    pinhole = load_open3d().camera.PinholeCameraIntrinsic
-    return pinhole(shape[1], shape[0], camera.fx, camera.fy, camera.cx, camera.cy)
 
 
 def arrays_of(image: Any, depth_units: float | None) -> tuple[NDArray[Any], NDArray[np.floating]]:

@@ -270,6 +270,20 @@ def long_lines(pairs: Pairs, length: int) -> Pairs:
     return pairs[0] & long[:, :-1], pairs[1] & long[:-1]
 
 
+def piece_sizes(mask: NDArray[np.bool_], links: Pairs) -> NDArray[np.int32]:
+    """Return the number of pixels of the piece that each pixel of a mask belongs to, int32 (H, W); 0 elsewhere. Pairs
+    of linked pixels are in one piece."""
+    height, width = mask.shape
+    # a grid of pixels with their links in between: its connected components are the pieces
+    grid = np.zeros((2 * height - 1, 2 * width - 1), np.uint8)
+    grid[::2, ::2], grid[::2, 1::2], grid[1::2, ::2] = mask, *links
+    _, labels = cv2.connectedComponents(grid, connectivity=4, ltype=cv2.CV_32S)
+    pieces = np.ascontiguousarray(labels[::2, ::2])
+    sizes = np.bincount(pieces.reshape(-1)).astype(np.int32)
+    sizes[0] = 0
+    return np.asarray(sizes[pieces])
+
+
 def spread(values: NDArray[Scalar], waiting: NDArray[np.bool_], passages: Pairs, rounds: int) -> NDArray[Scalar]:
     """Give pixels the value of the nearest pixel that has one, going from neighbour to neighbour.
 
@@ -309,12 +323,13 @@ def spread(values: NDArray[Scalar], waiting: NDArray[np.bool_], passages: Pairs,
 
 def sums_of_four(values: Array, mode: str = "constant") -> Array:
     """Return sums over 2 x 2 pixels, float32 ((H + 1) // 2, (W + 1) // 2); `mode` of `np.pad` pads odd sides."""
-    return _sums(_even(values, mode))
+    upper_left, lower_left, upper_right, lower_right = _quarters(_even(values, mode))
+    return upper_left + lower_left + upper_right + lower_right
 
 
 def largest_of_four(values: Array) -> Array:
     """Return maxima over 2 x 2 pixels."""
-    return _largest(_even(values, "edge"))
+    return np.maximum.reduce(_quarters(_even(values, "edge")))
 
 
 def enlarged(values: Array, shape: tuple[int, ...]) -> Array:
@@ -332,31 +347,3 @@ def _even(values: Array, mode: str) -> Array:
 
 def _quarters(even: Array) -> tuple[Array, Array, Array, Array]:
     return even[::2, ::2], even[1::2, ::2], even[::2, 1::2], even[1::2, 1::2]
-
-
-def _add(even: Array) -> Array:
-    result = np.empty((even.shape[0] // 2, even.shape[1] // 2), np.float32)
-    for y in range(result.shape[0]):
-        upper, lower, row = even[2 * y], even[2 * y + 1], result[y]
-        for x in range(row.size):
-            row[x] = upper[2 * x] + lower[2 * x] + upper[2 * x + 1] + lower[2 * x + 1]
-    return result
-
-
-@compiled(_add)
-def _sums(even: Array) -> Array:
-    return sum(_quarters(even))  # type: ignore[return-value]
-
-
-def _take_largest(even: Array) -> Array:
-    result = np.empty((even.shape[0] // 2, even.shape[1] // 2), np.float32)
-    for y in range(result.shape[0]):
-        upper, lower, row = even[2 * y], even[2 * y + 1], result[y]
-        for x in range(row.size):
-            row[x] = max(max(upper[2 * x], lower[2 * x]), max(upper[2 * x + 1], lower[2 * x + 1]))
-    return result
-
-
-@compiled(_take_largest)
-def _largest(even: Array) -> Array:
-    return np.maximum.reduce(_quarters(even))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.arrays import plain_array, without_mask
 from ..errors import InputError, ParameterError
 from .camera import REMEDY, Camera, as_camera
-from .open3d_images import cloud_of
+from .open3d_images import load_open3d
 
 AXES = ("camera", "y-up")
 """camera: x right, y down, z forward. y-up: x right, y up, z towards the viewer."""
@@ -86,7 +86,16 @@ class PointCloud:
         ExportError
             If Open3D is not installed (extra `app`).
         """
-        return cloud_of(self.points, self.colours, self.normals)
+        o3d = load_open3d()
+        points, colours, normals = (
+            None if values is None else o3d.utility.Vector3dVector(values.astype(np.float64))
+            for values in (self.points, self.colours / 255, self.normals)
+        )
+        cloud = o3d.geometry.PointCloud(points)
+        cloud.colors = colours
+        if normals is not None:
+            cloud.normals = normals
+        return cloud
 
 
 def _all_finite(numbers: NDArray[Any]) -> bool:

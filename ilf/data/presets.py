@@ -60,15 +60,8 @@ class UserPreset:
     name : str
     parameters : Parameters
         Parameters of the filter.
-    base : str
-        The built-in preset that the file refers to: it contains the differences from it.
     extraction : BlockParameters, optional
         Parameters of the extraction; None if the preset does not set them.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such base.
 
     Examples
     --------
@@ -79,12 +72,12 @@ class UserPreset:
 
     name: str
     parameters: Parameters
-    base: str = DEFAULT_PRESET
     extraction: BlockParameters | None = None
 
-    def __post_init__(self) -> None:
-        if self.base not in PRESETS:
-            raise ParameterError(f"There is no preset {self.base!r}. Known: {', '.join(PRESETS)}.")
+    @property
+    def base(self) -> str:
+        """The nearest built-in preset; its file contains the differences from it."""
+        return nearest_preset(self.parameters).preset
 
     @property
     def changes(self) -> dict[str, Value]:
@@ -97,21 +90,22 @@ class UserPreset:
         return {} if self.extraction is None else self.extraction.differences_from(BlockParameters())
 
 
-def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes: object) -> Parameters:
-    """Return the parameters of the filter of a preset, with any of them changed.
+def preset(name: Parameters | str | os.PathLike[str] | None = DEFAULT_PRESET, **changes: object) -> Parameters:
+    """Return the parameters of the filter of a preset, or given ones, with any of them changed.
 
     Parameters
     ----------
-    name : str or path-like
+    name : str, path-like, Parameters or None
         "best" (edge-aware filter), "paper" (staged schedule, stop when steady), "released-code" (linear schedule,
-        always 1500 iterations), one of your own by name, or its file.
+        always 1500 iterations), one of your own by name, or its file; None for the default.
     **changes
         Any parameter by name.
 
     Raises
     ------
     ParameterError
-        For an unknown preset or parameter, a value out of range, or a parameter that has no effect with the others.
+        For an unknown preset or parameter, a value out of range, a parameter that has no effect with the others, or an
+        object of another type.
     FormatError
         If the preset's file is damaged, or no preset.
 
@@ -125,39 +119,14 @@ def preset(name: Parameters | str | os.PathLike[str] = DEFAULT_PRESET, **changes
     Traceback (most recent call last):
     ilf.errors.ParameterError: padding has no effect with filter edge-aware; it belongs to filter ideal.
     """
-    if isinstance(name, Parameters):
-        return name.changed(**changes)
-    return find_preset(name).parameters.changed(**changes)
-
-
-def as_parameters(given: Parameters | str | os.PathLike[str] | None, /, **changes: object) -> Parameters:
-    """Return filter parameters given as an object or as in `preset`, with any of them changed by keyword.
-
-    Parameters
-    ----------
-    given : Parameters, str, path-like or None
-        None means the default preset.
-    **changes
-        Any parameter by name.
-
-    Raises
-    ------
-    ParameterError, FormatError
-        As for `preset`, and for an object of another type.
-
-    Examples
-    --------
-    >>> as_parameters("paper") == preset("paper")
-    True
-    >>> as_parameters(Parameters(trend=False), noise=0.01).noise
-    0.01
-    """
-    if not isinstance(given, Parameters | str | os.PathLike | None):
+    if not isinstance(name, Parameters | str | os.PathLike | None):
         raise ParameterError(
             f"Parameters must be ilf.Parameters, or a preset by name ({', '.join(PRESETS)}, your own) or file, not "
-            f"{given!r:.60}."
+            f"{name!r:.60}."
         )
-    return preset(DEFAULT_PRESET if given is None else given, **changes)
+    if isinstance(name, Parameters):
+        return name.changed(**changes)
+    return find_preset(DEFAULT_PRESET if name is None else name).parameters.changed(**changes)
 
 
 def chosen_parameters(
@@ -173,7 +142,7 @@ def chosen_parameters(
     Parameters
     ----------
     given : Parameters, str, path-like or None
-        As in `as_parameters`.
+        As in `preset`.
     extraction : BlockParameters, optional
     changes : mapping
         Name -> value of any parameter of either.
@@ -188,12 +157,12 @@ def chosen_parameters(
     Raises
     ------
     ParameterError, FormatError
-        As for `as_parameters` and `as_block_parameters`.
+        As for `preset` and `as_block_parameters`.
     """
     of_filter, of_blocks = split_parameters(changes, *others)
     if extraction is None and isinstance(given, str | os.PathLike):
         extraction = find_preset(given).extraction
-    return as_parameters(given, **of_filter), as_block_parameters(extraction, **of_blocks), of_blocks
+    return preset(given, **of_filter), as_block_parameters(extraction, **of_blocks), of_blocks
 
 
 def read_preset(path: str | os.PathLike[str]) -> UserPreset:
@@ -232,7 +201,7 @@ def read_preset(path: str | os.PathLike[str]) -> UserPreset:
         extraction = None if own is None else BlockParameters().replace(**own)
         parameters = PRESETS[base].replace(**stated.get("parameters", dict[str, Any]))
         name = stated.get("name", Annotated[str, msgspec.Meta(min_length=1)])
-        return UserPreset(name, parameters, base, extraction)
+        return UserPreset(name, parameters, extraction)
 
 
 def write_preset(path: str | os.PathLike[str], preset: UserPreset) -> None:
@@ -299,7 +268,7 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     """
     check_kind(name, PathKind, "A preset is given by name or file", "`ilf info --presets` lists them.")
     if name in PRESETS:
-        return UserPreset(name, PRESETS[name], name, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+        return UserPreset(name, PRESETS[name], None if name == DEFAULT_PRESET else PAPER_BLOCKS)
     own = _existing(name) if isinstance(name, str) else None
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)
@@ -350,16 +319,15 @@ def save_preset(
     3.0
     """
     check_kind(parameters, Parameters, "A preset is saved from parameters", 'give ilf.save_preset("soft", parameters).')
-    base = nearest_preset(parameters).preset
     if isinstance(name, os.PathLike) or name.endswith(PRESET_SUFFIX):
         path = Path(name)
         if path.exists() and not replace:
             raise InputError(f"{path} exists already. Choose another name, or replace it.")
-        write_preset(path, UserPreset(path.stem, parameters, base, extraction))
+        write_preset(path, UserPreset(path.stem, parameters, extraction))
         return path
     path = (_existing(name) if replace else None) or _free_path(name)
     ensure_folder(path.parent)
-    write_preset(path, UserPreset(name, parameters, base, extraction))
+    write_preset(path, UserPreset(name, parameters, extraction))
     return path
 
 
@@ -393,25 +361,6 @@ def delete_preset(name: str) -> Path:
     with told_as(ExportError, f"{path} cannot be deleted: {{error}}. Check the folder's permissions.", OSError):
         path.unlink()
     return path
-
-
-def import_preset(path: str | os.PathLike[str], *, replace: bool = False) -> UserPreset:
-    """Copy a preset's file to the presets folder.
-
-    Parameters
-    ----------
-    path : path-like
-    replace : bool
-        Whether it may replace one of the same name.
-
-    Raises
-    ------
-    InputError, FormatError, ExportError
-        As for `read_preset` and `save_preset`.
-    """
-    preset = read_preset(path)
-    save_preset(preset.name, preset.parameters, preset.extraction, replace=replace)
-    return preset
 
 
 def _user_preset(name: str) -> Path:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import lru_cache
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -561,82 +558,3 @@ class EdgeAwareRecord(IterationRecord):
 
     cell: int
     round: int
-
-
-# Compact storage of all records of a block's iterations.
-
-_CACHED_HISTORIES = 32
-"""Number of histories whose records are cached: plots read the same ones again and again."""
-
-
-class CompactHistory(Sequence[IterationRecord]):
-    """Records stored in arrays, in at most a quarter of their size. Records are created on access, except for the
-    first: this object identifies the iteration among others with equal records.
-
-    Parameters
-    ----------
-    records : sequence of IterationRecord
-        Records of one filter, at least one.
-
-    Examples
-    --------
-    >>> records = [IterationRecord(i, 1, 0.1 / i, 20.0, 0.01, float("nan"), 0.002 * i) for i in (1, 2, 3)]
-    >>> history = CompactHistory(records)
-    >>> len(history), history[-1] == records[-1], list(history) == records
-    (3, True, True)
-    """
-
-    def __init__(self, records: Sequence[IterationRecord]) -> None:
-        self._first = records[0]
-        names = [field.name for field in fields(self._first)]
-        columns = zip(*map(attrgetter(*names), records), strict=True)
-        self.columns: Mapping[str, NDArray[Any]] = dict(zip(names, map(np.array, columns), strict=True))
-        """Name of a value -> values of all records, shape (N,), or (N, 2) for pairs; int64, float64 or bool."""
-
-    @classmethod
-    def from_columns(cls, kind: type[IterationRecord], columns: Mapping[str, NDArray[Any]]) -> Self:
-        """Create a history from `columns`: at least one record of this type, each value from the array of its name.
-
-        Examples
-        --------
-        >>> record = IterationRecord(1, 1, 0.1, 20.0, 0.01, float("nan"), 0.002)
-        >>> history = CompactHistory([record])
-        >>> CompactHistory.from_columns(history.kind, history.columns)[0] == record
-        True
-        """
-        made = cls.__new__(cls)
-        made.columns = dict(columns)
-        made._first = kind(**dict(zip(columns, next(_rows(made.columns)), strict=True)))
-        return made
-
-    @property
-    def kind(self) -> type[IterationRecord]:
-        """Type of its records."""
-        return type(self._first)
-
-    def __len__(self) -> int:
-        return len(self.columns["i"])
-
-    @overload
-    def __getitem__(self, place: int) -> IterationRecord: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[IterationRecord, ...]: ...
-    def __getitem__(self, place: int | slice) -> IterationRecord | tuple[IterationRecord, ...]:
-        return self._first if place == 0 else _records(self)[place]
-
-    def __repr__(self) -> str:
-        return repr(_records(self))
-
-
-@lru_cache(maxsize=_CACHED_HISTORIES)
-def _records(history: CompactHistory) -> tuple[IterationRecord, ...]:
-    first, columns = history._first, history.columns
-    others = itertools.islice(_rows(columns), 1, None)
-    return first, *(type(first)(**dict(zip(columns, row, strict=True))) for row in others)
-
-
-def _rows(columns: Mapping[str, NDArray[Any]]) -> Iterator[tuple[Any, ...]]:
-    values = [
-        [tuple(row) for row in column.tolist()] if column.ndim > 1 else column.tolist() for column in columns.values()
-    ]
-    return zip(*values, strict=True)

@@ -13,7 +13,7 @@ from .._runtime.arrays import plain_array
 from .._runtime.cancellation import check_cancelled
 from ..errors import InputError
 from .camera import Camera
-from .open3d_images import mesh_of
+from .open3d_images import load_open3d
 from .pixel_grids import Pairs
 from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
@@ -122,7 +122,10 @@ class Mesh:
         ExportError
             If Open3D is not installed (extra `app`).
         """
-        return mesh_of(self.vertices.to_open3d(), self.faces)
+        o3d, vertices = load_open3d(), self.vertices.to_open3d()
+        mesh = o3d.geometry.TriangleMesh(vertices.points, o3d.utility.Vector3iVector(self.faces))
+        mesh.vertex_colors, mesh.vertex_normals = vertices.colors, vertices.normals
+        return mesh
 
 
 def surface_faces(depth: ArrayLike, links: Pairs) -> NDArray[np.int32]:

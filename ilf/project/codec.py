@@ -28,7 +28,7 @@ from .._runtime.arrays import frozen
 from .._runtime.files import parse_json, zip_member
 from .._runtime.schema import converted
 from ..data.declarations import ParameterSet
-from ..data.results import CompactHistory, EdgeAwareRecord, IterationRecord, PassBandRecord
+from ..data.results import EdgeAwareRecord, IterationRecord, PassBandRecord
 from ..errors import FormatError, IlfError
 
 UNREADABLE = (
@@ -97,12 +97,12 @@ def to_plain(value: Any, hooks: Mapping[type, Write]) -> Any:
         return {str(key): to_plain(part, hooks) for key, part in value.items()}
     if isinstance(value, Set):
         return {"set": [to_plain(part, hooks) for part in sorted(value)]}
-    if isinstance(value, CompactHistory):
-        return {value.kind.__name__: to_plain(value.columns, hooks)}
     if dataclasses.is_dataclass(value) or hasattr(value, "_fields"):
         record: Any = type(value)
         return {name: to_plain(getattr(value, name), hooks) for name in stored_fields(record)}
     if isinstance(value, Sequence) and not isinstance(value, bytes):
+        if value and isinstance(value[0], IterationRecord):
+            return {type(value[0]).__name__: to_plain(_columns(value), hooks)}
         return [to_plain(part, hooks) for part in value]
     raise TypeError(f"a {type(value).__name__} cannot be stored")
 
@@ -176,6 +176,12 @@ def _one_of(data: Any, kinds: Iterable[Any], hooks: Mapping[type, Read]) -> Any:
     raise problem
 
 
+def _columns(records: Sequence[IterationRecord]) -> dict[str, NDArray[Any]]:
+    """Name of a value -> values of all records."""
+    kind: type = type(records[0])
+    return {name: np.array([getattr(record, name) for record in records]) for name in stored_fields(kind)}
+
+
 def _history(data: Any, hooks: Mapping[type, Read]) -> Sequence[IterationRecord]:
     if data == []:
         return ()
@@ -184,7 +190,8 @@ def _history(data: Any, hooks: Mapping[type, Read]) -> Sequence[IterationRecord]
     kind, lengths = _RECORDS[name], {len(column) for column in columns.values()}
     if columns.keys() != stored_fields(kind).keys() or len(lengths) != 1 or 0 in lengths:
         raise FormatError("The records of iterations do not fit each other.")
-    return CompactHistory.from_columns(kind, columns)
+    values = [map(tuple, column.tolist()) if column.ndim > 1 else column.tolist() for column in columns.values()]
+    return tuple(kind(**dict(zip(columns, row, strict=True))) for row in zip(*values, strict=True))
 
 
 def _key(key: str, kind: Any) -> Any:

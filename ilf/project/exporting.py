@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -51,6 +51,9 @@ class ExportedFrame:
     notes: tuple[str, ...] = ()
 
 
+Read = Callable[[], tuple[Run, Completion | None]]
+
+
 @dataclass(frozen=True, eq=False)
 class FrameToExport:
     """A frame to export.
@@ -66,7 +69,7 @@ class FrameToExport:
 
     name: str
     folder: str
-    read: Callable[[], tuple[Run, Completion | None]]
+    read: Read
 
 
 def run_and_completion(state: FrameState) -> tuple[Run, Completion | None]:
@@ -163,12 +166,13 @@ def _inputs_of(record: RunRecord) -> RunRecord:
     )
 
 
-def folder_names(frames: Sequence[tuple[str, str]]) -> list[str]:
-    """Return a folder name for each frame, given by name and id, that no other one uses, ignoring case."""
+def in_folders(frames: Iterable[tuple[str, str, Read]]) -> list[FrameToExport]:
+    """Return frames, given by name, id and what reads them, each with a folder that no other one has, ignoring case."""
     taken: set[str] = set()
-    names = []
-    for name, frame_id in frames:
+    named = []
+    for name, frame_id, read in frames:
         plain = as_file_name(name)
-        names.append(f"{plain}-{frame_id}" if plain.casefold() in taken else plain)
-        taken.add(names[-1].casefold())
-    return names
+        folder = f"{plain}-{frame_id}" if plain.casefold() in taken else plain
+        taken.add(folder.casefold())
+        named.append(FrameToExport(name, folder, read))
+    return named

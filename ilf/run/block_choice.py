@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 from ..data.blocks import Blocks, as_blocks
 from ..data.by_hand import USUAL_WEIGHT, check_counts
 from ..data.frame import RGBDFrame
+from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
 from ..errors import InputError
 from ..io.block_files import read_blocks
 from ..io.frame_additions import load_by_hand
 from ..io.labels import read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
-from ..segmentation.reextraction import with_gaps_filled
+from ..segmentation.reextraction import fill_around
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ class BlockChoice:
 
 
 def gaps_filled(given: Blocks, frame: RGBDFrame, extraction: BlockParameters) -> Blocks:
-    """Return given blocks of a frame with extracted ones in their gaps."""
-    found = found_blocks(frame, extraction)
-    labels = with_gaps_filled(given.labels, found.labels, extraction)
+    """Return given blocks of a frame with extracted ones in their gaps; slivers of these below the smallest size of a
+    block are merged into a neighbouring new one."""
+    found, smallest = found_blocks(frame, extraction), extraction.smallest_block(given.labels.size)
+    labels = fill_around(given.labels, labels_in(given.labels), found.labels, smallest)
     return replace(found, labels=labels, infos=given.infos, extracted=None, notes=given.notes + found.notes)

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 
 from .._runtime.files import read_file
-from ..data.results import CompactHistory, EdgeAwareRecord, IterationRecord, PassBandRecord
+from ..data.results import EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
 from ..io.tables import csv_text
 
@@ -58,7 +58,7 @@ def _digits(value: float) -> str:
     return repr(float(value))
 
 
-def read_curves(path: str | os.PathLike[str]) -> dict[int, CompactHistory]:
+def read_curves(path: str | os.PathLike[str]) -> dict[int, History]:
     """Read what `encode_curves` has made: label -> records, whose seconds are NaN.
 
     Raises
@@ -71,8 +71,7 @@ def read_curves(path: str | os.PathLike[str]) -> dict[int, CompactHistory]:
     try:
         rows = csv.DictReader(io.StringIO(bytes(read_file(path).data).decode()))
         return {
-            int(label): CompactHistory([_record(row) for row in own])
-            for label, own in groupby(rows, lambda row: row["label"])
+            int(label): tuple(_record(row) for row in own) for label, own in groupby(rows, lambda row: row["label"])
         }
     except (KeyError, TypeError, ValueError) as error:
         raise FormatError(f"{os.fspath(path)} has no curves of a run. Restore it, or run the frame again.") from error

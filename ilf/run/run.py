@@ -18,6 +18,7 @@ from ..completion.block import BlockTask, Watch, block_depth
 from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
+from ..data import presets
 from ..data.blocks import Blocks, as_blocks
 from ..data.by_hand import DepthByHand, check_counts
 from ..data.declarations import ParameterSet, Value
@@ -26,7 +27,7 @@ from ..data.guide import Guide
 from ..data.label_map import Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters, nearest_preset
 from ..data.pictures import html_row, plot_row
-from ..data.presets import as_parameters, chosen_parameters
+from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
 from ..errors import ParameterError, check_kind
@@ -86,7 +87,7 @@ class Run:
         only: Collection[int] | None = None,
         extrapolate: bool = False,
     ) -> None:
-        values = checked_frame(frame), as_blocks(blocks, frame.shape), as_parameters(parameters), only, extrapolate
+        values = checked_frame(frame), as_blocks(blocks, frame.shape), presets.preset(parameters), only, extrapolate
         for name, value in zip(self.__dataclass_fields__, values, strict=True):
             object.__setattr__(self, name, value)
 
@@ -127,7 +128,7 @@ class Run:
         added: dict[str, Any] = {"drawn": drawn, "by_hand": by_hand}
         given = replace(given, **{name: value for name, value in added.items() if value is not None})
         if own is not None:
-            given = given.with_parameters({label: as_parameters(one) for label, one in own.items()}, parameters)
+            given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
         run = cls(guided, given, parameters, extrapolate=extrapolate)
         check_counts(run.blocks.by_hand, run.frame, run.blocks.labels)
         return run

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
-from .._runtime.compiling import compiled
 from .._runtime.memory import release_memory
 from ..data.blocks import Blocks
 from ..data.declarations import Value
@@ -145,22 +144,6 @@ def regions_between(edges: NDArray[np.bool_], radius: float, inside: NDArray[np.
     return regions
 
 
-def _add_new_parts_by_loop(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
-    sizes = np.zeros(parts.max() + 1, np.int64)
-    for pixel in range(parts.size):
-        sizes[parts[pixel]] += 1 if regions[pixel] == 0 else -parts.size
-    numbers = np.zeros(sizes.size, np.int32)
-    for part in range(1, sizes.size):
-        if sizes[part] >= _MIN_REGION_PIXELS:
-            largest += 1
-            numbers[part] = largest
-    for pixel in range(parts.size):
-        if numbers[parts[pixel]] > 0:
-            regions[pixel] = numbers[parts[pixel]]
-    return largest
-
-
-@compiled(_add_new_parts_by_loop)
 def _add_new_parts(parts: NDArray[np.int32], regions: NDArray[np.int32], largest: int) -> int:
     """Add the parts without any region as new regions, in place; takes and returns the largest region number.
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.label_map import labels_in
-from ..data.parameters import BlockParameters
 from ..data.pixel_grids import connected_regions
 from .editing.cleaning import given_to_neighbours
 from .merging import numbered
@@ -40,7 +39,8 @@ def overlay_kept(present: Labels, kept: Collection[int], labels: Labels) -> Labe
     """Another label map with the kept blocks on top; its own blocks get other numbers than those."""
     if not kept:
         return labels
-    numbers = np.array([0, *itertools.islice(_free_numbers(kept), int(labels.max()))], np.int32)
+    free = itertools.filterfalse(frozenset(kept).__contains__, itertools.count(1))
+    numbers = np.array([0, *itertools.islice(free, int(labels.max()))], np.int32)
     return np.where(np.isin(present, list(kept)), present, numbers[labels])
 
 
@@ -80,34 +80,4 @@ def fill_around(present: Labels, kept: Collection[int], fresh: Labels, smallest:
         if np.array_equal(joined, parts):
             break
         parts = joined
-    blocks = numbered(np.where(slivers[parts], 0, parts))
-    numbers = np.array([0, *itertools.islice(_free_numbers(kept), int(blocks.max()))], np.int32)
-    return np.where(stays, present, numbers[blocks])
-
-
-def _free_numbers(taken: Collection[int]) -> itertools.filterfalse[int]:
-    return itertools.filterfalse(frozenset(taken).__contains__, itertools.count(1))
-
-
-# Filling the gaps of label maps that do not cover the frame, such as those of other programs.
-
-
-def with_gaps_filled(
-    labels: NDArray[np.int32], extracted: NDArray[np.int32], parameters: BlockParameters
-) -> NDArray[np.int32]:
-    """A label map whose gaps are filled with the blocks of an extraction.
-
-    Parameters
-    ----------
-    labels : ndarray of int32, shape (H, W)
-        0 = no block; its blocks and their numbers do not change.
-    extracted : ndarray of int32, shape (H, W)
-        Blocks of an extraction.
-    parameters : BlockParameters
-        Parameters of the extraction: slivers below its minimum block size are merged into a neighbouring new block.
-
-    Returns
-    -------
-    ndarray of int32, shape (H, W)
-    """
-    return fill_around(labels, labels_in(labels), extracted, parameters.smallest_block(labels.size))
+    return overlay_kept(present, kept, numbered(np.where(slivers[parts], 0, parts)))

@@ -132,7 +132,7 @@ def _blocks(folder: Path) -> Write:
 def _preset(folder: Path) -> Write:
     def write(target: Path, version: int) -> None:
         target.mkdir(exist_ok=True)
-        write_preset(target / "own.json", UserPreset("own", ilf.preset(max_iterations=5 + version), "best"))
+        write_preset(target / "own.json", UserPreset("own", ilf.preset(max_iterations=5 + version)))
 
     return write
 

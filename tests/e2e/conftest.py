@@ -84,9 +84,14 @@ def readout(window, pixel) -> str:
     return status.bar.readout.text()
 
 
+def reading(window, qtbot):
+    """Context that waits until all frames are read and all blocks extracted."""
+    return qtbot.waitSignal(window.loader.busy_changed, check_params_cb=lambda: not window.loader.busy)
+
+
 def loaded(window, qtbot, do, *what):
     """Do something that opens frames, and wait until they are there."""
-    with qtbot.waitSignal(window.loader.idle):
+    with reading(window, qtbot):
         do(*what)
 
 

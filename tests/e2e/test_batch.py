@@ -1,7 +1,5 @@
 """A batch out of the real window: its frames, what comes of them, an end before all are done, and results that open."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -48,12 +46,7 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert not list(unnamed(dialog.widget))
     assert dialog.scope.currentText() == "All frames of the list: 3"
     dialog.sheet.setChecked(True)
-    (tmp_path / "cancelled" / "frame").mkdir(parents=True)
-    (tmp_path / "cancelled" / "frame" / "run.json").touch()
-    dialog.folder_path.setText(str(tmp_path / "cancelled"))
-    assert dialog.show_button.isVisible(), "what was completed before a batch was cancelled can be opened"
     dialog.folder_path.setText(str(out))
-    assert not dialog.show_button.isVisible()
     dialog.export_button.click()
     assert [way.what for way in part.pending_work()] == ["an export of 3 frames"]
     assert _done(part, qtbot).startswith(f"Exported to {out}: 2 written, 1 failed.\nrgb/0001: ")
@@ -77,10 +70,6 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     _open_row(part, "rgb/0002")
     qtbot.waitUntil(lambda: str(out) in str(window.workspace.current.origin))
     assert window.workspace.current.frame.shape == (24, 32)
-    with qtbot.waitSignal(window.loader.listed) as listed:
-        dialog.show_button.click()
-    assert [Path(source.rgb).name for source in listed.args[1].sources] == ["rgb__0000", "rgb__0002"]
-    qtbot.waitUntil(lambda: not window.loader.busy)
 
 
 def test_a_batch_is_cancelled_and_goes_on_other_values_are_refused(part, window, qtbot, tmp_path, monkeypatch):

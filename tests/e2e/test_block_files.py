@@ -33,18 +33,18 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
     write_blocks(tmp_path / "drawn.json", drawn, format="labelme", names={4: "Chair"})
 
     dialog = _dialog(opened)
-    assert not dialog.load_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     cv2.imwrite(str(tmp_path / "labels.png"), np.ones((10, 10), np.uint16))
     _read(dialog, qtbot, tmp_path / "labels.png")
     assert "10 x 10" in dialog.message.text()
-    assert not dialog.load_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     _read(dialog, qtbot, tmp_path / "drawn.json")
     assert dialog.message.text().startswith("2 blocks cover 12.2%")
     dialog.fill_gaps.setChecked(True)
-    qtbot.waitUntil(dialog.load_button.isEnabled)
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
     assert "cover 100.0%" in dialog.message.text()
     np.testing.assert_array_equal(document.labels, before)
-    dialog.load_button.click()
+    dialog.accept_button.click()
 
     for label in (4, 7):
         np.testing.assert_array_equal(document.labels == label, drawn == label)
@@ -108,11 +108,11 @@ def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(opened, q
         _read(dialog, qtbot, path)
         assert reason in dialog.message.text()
         assert dialog.message.tone() == "error"
-        assert not dialog.load_button.isEnabled()
+        assert not dialog.accept_button.isEnabled()
     # a good file after a bad one, and then given up
     cv2.imwrite(str(masks / "0.png"), np.ones(document.frame.shape, np.uint8))
     _read(dialog, qtbot, masks)
-    assert dialog.load_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
     dialog.reject()
     np.testing.assert_array_equal(document.labels, before)
     assert document.undo_stack.count() == 0

@@ -118,7 +118,6 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
         dialog.export_button.click()
     assert dialog.message.tone() == "error"
     assert dialog.results.topLevelItemCount() == 0, "no frame is completed in vain"
-    place = dialog.export_button.pos()
     dialog.folder_path.setText(str(tmp_path / "out"))
     with qtbot.waitSignal(listed.feature(ExportFeature).requests.ended):
         QTest.keyClick(dialog.folder_path, Qt.Key.Key_Return)
@@ -128,8 +127,6 @@ def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_repl
     )
     assert "depth.png" in rows[1].text(2)
     assert "frame-1: " in dialog.message.text()
-    assert dialog.show_button.isVisible()
-    assert dialog.export_button.pos() == place, "another click there is no other command"
     assert dialog.visible
 
     def answer(button):

@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QMessageBox, QSlider, QTabWidge
 
 import ilf
 from gui.features.extraction import ExtractionPanel
-from gui.work.found_blocks import FoundBlocks, find
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.segmentation.extraction import extract
+from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, write_frame
@@ -239,11 +238,11 @@ def gate(monkeypatch):
     """Previews wait until it is set."""
     opened = threading.Event()
 
-    def waiting(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
+    def waiting(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> Extraction:
         assert opened.wait(20)
-        return find(frame, parameters)
+        return extract(frame, parameters)
 
-    monkeypatch.setattr("gui.features.extraction.find", waiting)
+    monkeypatch.setattr("gui.features.extraction.extract", waiting)
     return opened
 
 
@@ -286,7 +285,7 @@ def test_a_preview_that_fails_says_why_without_a_dialog(staged, qtbot, monkeypat
     def no_dialog(*_: object):
         raise AssertionError("a dialog at every move of a slider")
 
-    monkeypatch.setattr("gui.features.extraction.find", broken)
+    monkeypatch.setattr("gui.features.extraction.extract", broken)
     monkeypatch.setattr(QMessageBox, "open", no_dialog)
     _slide(staged, "dilation", 5)
     _settle(staged, qtbot)
@@ -304,11 +303,11 @@ def test_a_preview_that_fails_says_why_without_a_dialog(staged, qtbot, monkeypat
 def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folder, monkeypatch, works_meanwhile):
     go_on = threading.Event()
 
-    def slow(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> FoundBlocks:
+    def slow(frame: ilf.RGBDFrame, parameters: ilf.BlockParameters) -> Extraction:
         assert go_on.wait(60)
-        return find(frame, parameters)
+        return extract(frame, parameters)
 
-    monkeypatch.setattr("gui.project.loading.find", slow)
+    monkeypatch.setattr("gui.project.loading.extract", slow)
     window.loader.open(FrameRef(str(frame_folder)))
     qtbot.waitUntil(lambda: window.workspace.has_current)
     window.refresh.now()

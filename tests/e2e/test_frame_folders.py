@@ -1,6 +1,7 @@
 """A folder of frames, worked through in the window: opened when they are looked at, put away, and there again."""
 
 import shutil
+import threading
 
 import numpy as np
 import pytest
@@ -12,9 +13,10 @@ from gui.features.documents.recent import key_of
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.frame_list.model import ENTRY
 from ilf.project.project import Stage
+from ilf.segmentation.extraction import extract
 
 from ..gui.states import edit
-from .conftest import activate, answer, loaded, write_frame
+from .conftest import activate, answer, loaded, reading, write_frame
 
 COUNT = 6
 
@@ -99,13 +101,36 @@ def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folde
     assert not back.undo_stack.canUndo()
 
 
+def test_frames_that_are_passed_by_are_not_extracted_before_they_are_shown_again(listed, qtbot, monkeypatch):
+    go_on, entries, frames = threading.Event(), listed.workspace.entries, listed.feature(FramesFeature)
+
+    def slow(*given):
+        go_on.wait(10)
+        return extract(*given)
+
+    monkeypatch.setattr("gui.project.loading.extract", slow)
+    with reading(listed, qtbot):
+        for row in (1, 3, 4):
+            frames.open(entries[row])
+            qtbot.waitUntil(lambda row=row: listed.workspace.current_entry is entries[row])
+        go_on.set()
+    assert [entry.summary.stage for entry in (entries[1], entries[3], entries[4])] == [
+        "extracted",
+        "untouched",
+        "extracted",
+    ]
+    loaded(listed, qtbot, frames.open, entries[3])
+    assert _present(listed) is entries[3]
+    assert entries[3].summary.stage is Stage.EXTRACTED
+
+
 def test_the_film_strip_goes_from_frame_to_frame(listed, qtbot):
     strip, entries = listed.feature(FramesFeature).panel.view, listed.workspace.entries
     assert strip.isVisible()
     assert strip.is_strip
     qtbot.waitUntil(lambda: strip.model().rowCount() == len(entries))
     second = strip.visualRect(strip.model().index(1, 0)).center()
-    with qtbot.waitSignal(listed.loader.idle):
+    with reading(listed, qtbot):
         QTest.mouseClick(strip.viewport(), Qt.MouseButton.LeftButton, pos=second)
     assert _present(listed) is entries[1]
     for _ in range(2):

@@ -3,7 +3,7 @@
 import ilf
 from gui.features.status import StatusFeature
 
-from .conftest import open_frame, write_frame
+from .conftest import open_frame, reading, write_frame
 
 
 def _messages(window) -> set[str]:
@@ -31,7 +31,7 @@ def test_a_frame_can_be_run_while_blocks_of_another_are_extracted(opened, qtbot,
     other = opened.workspace.current
     open_frame(opened, qtbot, write_frame(tmp_path / "second", small_frame))
     opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
-    with qtbot.waitSignal(opened.loader.idle):
+    with reading(opened, qtbot):
         opened.loader.extract(other)
         assert opened.actions_["run_all"].isEnabled()
         opened.workspace.show(other)

@@ -429,7 +429,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
     dialog = opened.project.question
     item = dialog.frames.topLevelItem(0)
     assert "a run is in progress" in item.text(1)
-    (dialog.wait if waits else dialog.stop).setChecked(True)
+    dialog.wait.setChecked(waits)
     dialog.save_button.click()
     qtbot.waitUntil(lambda: not opened.isVisible())
     with read_project(path) as project:

@@ -11,12 +11,11 @@ from PySide6.QtWidgets import QMessageBox
 
 import ilf
 from gui.app.main_window import MainWindow
-from gui.features.project.autosave import AutosaveFeature, RecoveryDialog
+from gui.features.project.autosave import AutosaveFeature
 from gui.project.recorder import Recorder
 from gui.project.store import WorkStore
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.widgets.basics import Message
 from ilf.errors import ExportError, InputError
 from ilf.project.file import save_project
 from ilf.project.project import Project
@@ -70,60 +69,49 @@ def _part(window) -> AutosaveFeature:
     return window.feature(AutosaveFeature)
 
 
-def _dialog(window, qtbot) -> RecoveryDialog:
-    part = _part(window)
-    qtbot.waitUntil(lambda: part.dialog is not None)
-    return part.dialog
+def _asked(window, qtbot, about: str = "") -> QMessageBox:
+    """The question about unsaved work, of which frames by a part of their names are named."""
+
+    def questions() -> list[QMessageBox]:
+        boxes = (box for box in window.findChildren(QMessageBox) if box.isVisible())
+        return [box for box in boxes if box.windowTitle() == "Restore Unsaved Work" and about in box.text()]
+
+    qtbot.waitUntil(lambda: bool(questions()))
+    return questions()[0]
 
 
-def _rows(dialog: RecoveryDialog) -> list[str]:
-    return [dialog.works.topLevelItem(row).text(0) for row in range(dialog.works.topLevelItemCount())]
-
-
-def _select(dialog: RecoveryDialog, row: int) -> str:
-    """Select a work; what is said of it."""
-    dialog.works.setCurrentItem(dialog.works.topLevelItem(row))
-    return dialog.details.text()
-
-
-def _restore(window, dialog: RecoveryDialog, qtbot, row: int) -> None:
-    left = len(_rows(dialog)) - 1
-    _select(dialog, row)
-    dialog.restore_button.click()
-    qtbot.waitUntil(lambda: len(_rows(dialog)) == left and not window.loader.busy)
+def _restore(window, qtbot, about: str = "") -> None:
+    box = _asked(window, qtbot, about)
+    next(one for one in box.buttons() if one.text() == "&Restore").click()
+    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
 
 
 def _names(window) -> list[str]:
     return [entry.name for entry in window.workspace.entries]
 
 
-def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatch):
-    dialog = _dialog(window, qtbot)
-    assert unnamed(dialog) == []
-    assert len(_rows(dialog)) == 3
-    assert "index.json" in _select(dialog, 2)
-    assert not dialog.restore_button.isEnabled(), "it cannot be read"
-    assert "frame-hall" in _rows(dialog)[1]
-    assert "2 frames" in _select(dialog, 1)
-    assert dialog.works.topLevelItem(1).text(1)
-    _restore(window, dialog, qtbot, 1)
-    assert _names(window) == ["frame-hall", "frame-stairs"]
-    assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
-    assert all(entry.unsaved for entry in window.workspace.entries)
+def test_left_work_is_restored_discarded_or_left(window, left, qtbot):
+    box = _asked(window, qtbot, "frame-attic")
+    assert unnamed(box) == []
+    assert "1 frame" in box.informativeText()
+    _restore(window, qtbot)
+    assert _names(window) == ["frame-attic"]
     window.project.discard_silently = False
-    _select(dialog, 0)
-    dialog.restore_button.click()
+    assert "2 of 2 frames changed" in _asked(window, qtbot, "frame-hall").informativeText()
+    answer(window, "&Restore")
     qtbot.waitUntil(lambda: window.project.question is not None)
     window.project.question.discard_button.click()
-    qtbot.waitUntil(lambda: len(_rows(dialog)) == 1 and not window.loader.busy)
+    qtbot.waitUntil(lambda: len(_names(window)) == 2 and not window.loader.busy)
     window.project.discard_silently = True
-    assert _names(window) == ["frame-attic"], "in place of the other, about which was asked"
+    assert _names(window) == ["frame-hall", "frame-stairs"], "in place of the other, about which was asked"
+    assert window.workspace.current.info(1).name == "wall 1", "the one that was looked at"
+    assert all(entry.unsaved for entry in window.workspace.entries)
     for button in ("Cancel", "&Discard"):
-        assert len(_rows(dialog)) == 1
-        dialog.discard_button.click()
-        answer(dialog, button)
-    assert window.isVisible()
-    assert not dialog.isVisible()
+        box = _asked(window, qtbot, "other.work")
+        assert "index.json" in box.informativeText()
+        assert "&Restore" not in {one.text() for one in box.buttons()}, "it cannot be read"
+        answer(window, "&Discard…")
+        answer(window, button)
     qtbot.waitUntil(lambda: len(list(left.glob("*.work"))) == 1)
     (own,) = left.glob("*.work")
     assert f"-{os.getpid()}-" in own.name
@@ -133,11 +121,13 @@ def test_left_work_is_restored_discarded_or_left(window, left, qtbot, monkeypatc
 
 
 def test_what_is_left_for_later_stays_and_is_nobody_elses_meanwhile(window, left, qtbot, monkeypatch):
-    dialog = _dialog(window, qtbot)
+    _asked(window, qtbot)
     works = set(left.glob("*.work"))
     with pytest.raises(FolderInUse):
         WorkFolder(next(path for path in works if path.name != "other.work"))
-    dialog.reject()
+    for about in ("frame-attic", "frame-hall", "other.work"):
+        _asked(window, qtbot, about)
+        answer(window, "Decide &later")
     _say_that_it_fails(window, monkeypatch)
     window.close()
     assert set(left.glob("*.work")) == works
@@ -164,20 +154,19 @@ def _say_that_it_fails(window, monkeypatch):
 
 
 def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, monkeypatch):
-    dialog = _dialog(window, qtbot)
+    _asked(window, qtbot, "frame-attic")
     works = set(left.glob("*.work"))
 
     def fail(*_: object):
         raise OSError("the drive has been removed")
 
     with monkeypatch.context() as broken:
-        broken.setattr("gui.features.project.restoring.copy_frames", fail)
+        broken.setattr("gui.features.project.recovery.copy_frames", fail)
         with qtbot.waitSignal(window.notes.reported):
-            _select(dialog, 1)
-            dialog.restore_button.click()
+            answer(window, "&Restore")
     assert works <= set(left.glob("*.work"))
-    _restore(window, dialog, qtbot, 1)
-    assert _names(window) == ["frame-hall", "frame-stairs"]
+    _restore(window, qtbot, "frame-attic")
+    assert _names(window) == ["frame-attic"]
 
 
 def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(left, qtbot, monkeypatch, request):
@@ -186,10 +175,9 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(left, qtbo
     with contextlib.closing(WorkFolder(hall)) as work:
         work.commit({damaged: b"{"})
     window: MainWindow = request.getfixturevalue("window")
-    dialog = _dialog(window, qtbot)
     told: list[str] = []
     monkeypatch.setattr(window.notes, "warn", lambda what, notes, details="": told.extend(notes))
-    _restore(window, dialog, qtbot, 0)  # the last one that was written
+    _restore(window, qtbot, "frame-hall")  # the last one that was written
     assert _names(window) == ["frame-hall", "frame-stairs"]
     assert [entry.unsaved for entry in window.workspace.entries].count(True) == 1
     assert len(told) == 1
@@ -214,15 +202,13 @@ def test_a_project_that_was_saved_after_the_work_was_left_is_not_replaced_unaske
     shutil.copytree(tmp_path / "work", folder, dirs_exist_ok=True)
     save_project(path, Project())
     window = another(persistent=True)
-    _dialog(window, qtbot).restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    _restore(window, qtbot)
     assert window.project.present.path == path
     assert "has been saved after this work" in window.project.present.read_only
 
 
 def test_a_folder_that_cannot_be_taken_away_does_not_keep_the_window_open(window, left, qtbot, monkeypatch):
-    dialog = _dialog(window, qtbot)
-    _restore(window, dialog, qtbot, 1)
+    _restore(window, qtbot)
 
     def own() -> bool:
         return any(f"-{os.getpid()}-" in path.name for path in left.glob("*.work"))
@@ -265,10 +251,8 @@ def test_frames_that_were_saved_since_are_not_called_changed(
     monkeypatch.setenv("ILF_AUTOSAVE", str(folder))
     window = another(persistent=True)
     monkeypatch.setattr(window.notes, "warn", lambda *_: None)
-    dialog = _dialog(window, qtbot)
-    assert any("1 of 3 frames changed" in message.text() for message in dialog.findChildren(Message))
-    dialog.restore_button.click()
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
+    assert "1 of 3 frames changed" in _asked(window, qtbot).informativeText()
+    _restore(window, qtbot)
     assert _names(window) == ["hall", "stairs", "attic"]
     assert window.workspace.current.info(1).name == "roof"
     unsaved = [entry.unsaved for entry in window.workspace.entries]

@@ -72,7 +72,7 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     dialog.read()
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"
-    dialog.open_button.click()
+    dialog.accept_button.click()
     question(window, qtbot)
     answer(window, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)

@@ -11,7 +11,7 @@ from gui.features.filter import FilterPanel
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 
-from .conftest import export, loaded
+from .conftest import export, loaded, reading
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, run_all, frame_folder, tmp_path):
@@ -83,7 +83,7 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
 def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
     actions = opened.actions_
     opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
-    with qtbot.waitSignal(opened.loader.idle):
+    with reading(opened, qtbot):
         actions["extract"].trigger()
         assert not actions["extract"].isEnabled()
     opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))

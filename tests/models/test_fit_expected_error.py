@@ -11,7 +11,7 @@ from fit_expected_error import Sample, calibrate, fit, main
 import ilf
 from ilf.completion.confidence.features import FEATURES, FLOOR, error_features
 from ilf.completion.confidence.fitted import MODELS
-from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, Curve, ErrorModel, gap_weight
+from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, ErrorModel, gap_weight
 
 from ..ilf.small_frames import write_small_frame
 
@@ -25,7 +25,7 @@ def law(**curves):
     """A model of straight curves: feature -> slope."""
     ends = np.array([-9.0, 9.0])
     slopes = [curves.get(name.replace(" ", "_"), 0.0) for name in FEATURES]
-    return ErrorModel(-1.5, tuple(Curve(tuple(ends), tuple(slope * ends)) for slope in slopes))
+    return ErrorModel(-1.5, tuple((tuple(ends), tuple(slope * ends)) for slope in slopes))
 
 
 def sample_of(model, rng, name="a", difficulty_samples=None):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from ...widgets.basics import form, label_of, row, typed_list
 from ...widgets.file_choice import choose_file
 from ...work.latest_request import LatestRequest
 from ..documents.file_dialogs import PreviewDialog
-from ..documents.frame_files import files_of
+from ..documents.frame_files import Look, files_of
 
 _FOLDER_KEY = "truth/folder"
 _AUTOMATIC = "Automatic (those of the depth, if both are whole numbers)"
@@ -27,7 +28,7 @@ _UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "1 (metres)", "2
 _NOTHING_SELECTED = "Select the true depth of the same pixels: a 16-bit or float image, or NPY."
 
 
-class GroundTruthDialog(PreviewDialog[RGBDFrame]):
+class GroundTruthDialog(PreviewDialog):
     """Dialog to select a ground truth file, with a preview.
 
     Parameters
@@ -40,10 +41,10 @@ class GroundTruthDialog(PreviewDialog[RGBDFrame]):
     def __init__(self, frame: RGBDFrame, questions: LatestRequest, parent: QWidget | None = None) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
         title = f"Load Ground Truth for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_SELECTED, "Ground truth", questions, parent)
+        super().__init__(title, placeholder, ("", "Ground truth"), "Load", questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the true depth")
-        self.load_button.setToolTip("Evaluate the frame's results against this ground truth")
+        self.accept_button.setToolTip("Evaluate the frame's results against this ground truth")
         self.units = typed_list()
         self.units.addItems([_AUTOMATIC, *_UNITS])
         self.units.setToolTip(
@@ -51,30 +52,30 @@ class GroundTruthDialog(PreviewDialog[RGBDFrame]):
             "whole numbers and 1 for floating-point depth."
         )
         self.units.editTextChanged.connect(self.schedule)
-        self.file_button.setToolTip("Select the file with the true depth")
         self.setMinimumWidth(600)
-        path = label_of("Ground &truth", self.path), row(self.path, self.file_button)
+        kinds = files_of("Depth", DEPTH_FILE_SUFFIXES)
+        file = self.browse_button(
+            "File…", lambda: choose_file(self, "Select ground truth", _FOLDER_KEY, kinds, frame), self.choose
+        )
+        file.setToolTip("Select the file with the true depth")
+        path = label_of("Ground &truth", self.path), row(self.path, file)
         self.ask(form(path, ("&Units per metre", self.units)))
 
-    def reader(self, path: str) -> Callable[[], RGBDFrame]:
-        file, units = str(Path(path).expanduser().absolute()), _units(self.units.currentText())
+    def look(self) -> Look | Callable[[], Look]:
+        path = self.path.text().strip()
+        if not path:
+            return self.refused(_NOTHING_SELECTED, "muted")
+        file = str(Path(path).expanduser().absolute())
+        return partial(_look_at, self._frame, file, _units(self.units.currentText()))
 
-        def read() -> RGBDFrame:
-            frame = with_ground_truth_file(self._frame, file, units)
-            note_opened(file)
-            return frame
 
-        return read
-
-    def show_found(self, found: RGBDFrame) -> None:
-        if found.ground_truth is not None:
-            self.preview.show_depth(found.ground_truth)
-        left_out = found.notes[len(self._frame.notes) :]
-        self.message.show_message(" ".join((described(found), *left_out)), "warning" if left_out else "good")
-
-    def browse(self) -> None:
-        kinds = files_of("Depth", DEPTH_FILE_SUFFIXES)
-        self.choose(choose_file(self, "Select ground truth", _FOLDER_KEY, kinds, self._frame))
+def _look_at(frame: RGBDFrame, file: str, units: float | None) -> Look:
+    """Read ground truth, and show it."""
+    found = with_ground_truth_file(frame, file, units)
+    note_opened(file)
+    left_out = found.notes[len(frame.notes) :]
+    text, tone = " ".join((described(found), *left_out)), "warning" if left_out else "good"
+    return Look(text, tone, depth=found.ground_truth, found=found)
 
 
 def described(frame: RGBDFrame) -> str:

@@ -144,7 +144,7 @@ class AccuracyPanel(Panel):
         """Load the true depth of the frame, to evaluate results against it."""
         document = self.context.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
-        open_once(dialog, lambda: self._take_ground_truth(document, dialog.found()))
+        open_once(dialog, lambda: self._take_ground_truth(document, dialog.seen.found))
 
     def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
         workspace = self.context.workspace

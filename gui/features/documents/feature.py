@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication, QFileDialog
 
-from ilf._runtime.formatting import counted
+from ilf._runtime.formatting import counted, covered
 from ilf._runtime.installation import asset_path
 from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
@@ -25,7 +25,6 @@ from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, save_folder
-from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
@@ -132,12 +131,13 @@ class DocumentsFeature(Feature):
 
         document, filling = self._workspace.current, self._workspace.parameters.extraction
         dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
-        open_once(dialog, lambda: self._take_blocks(dialog.found()))
+        open_once(dialog, lambda: self._take_blocks(dialog.seen.found))
 
     def _take_blocks(self, blocks: Blocks) -> None:
         self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
-        count = len(self._workspace.current.counts())
-        self._notes.show_message(f"Loaded: {describe_blocks(count, self._workspace.current.labels)}.")
+        document = self._workspace.current
+        share = float((document.labels > 0).mean())
+        self._notes.show_message(f"Loaded: {covered(len(document.counts()), share)}.")
 
     @command("save_blocks", "Save b&locks…", needs=Need.BLOCKS)
     def ask_save_blocks(self) -> None:

@@ -1,10 +1,9 @@
-"""Base of dialogs that load one file: the file is read in a worker thread and previewed."""
+"""Base of dialogs that choose files: what is chosen is read and shown before it is taken."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +22,14 @@ from PySide6.QtWidgets import (
 )
 
 from ilf.drawing.colours import robust_depth_levels, to_indices
-from ilf.errors import InputError
+from ilf.errors import IlfError
 
 from ...views.colours import DEPTH_MAP, depth_table
 from ...views.drawings import rgb_image
 from ...widgets.basics import Message, PlainLabel, answers, lay_out
 from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
+from .frame_files import Look
 
 # Preview picture of a dialog.
 
@@ -76,120 +76,124 @@ class PreviewPicture(QFrame):
 _DELAY_MS = 200
 
 
-Found = TypeVar("Found")
-
-
-class PreviewDialog(QDialog, Generic[Found]):
-    """Base of dialogs to choose a file, with a preview. *Load* is enabled once the chosen file has been read.
-
-    The focus is on the button *File*, and moves to *Load* after a file was chosen there.
+class PreviewDialog(QDialog):
+    """Base of dialogs to choose files: what is chosen is read, described and shown; then it can be taken.
 
     Parameters
     ----------
-    title, placeholder, nothing_selected, shown : str
-        Title of the window, placeholder of the path, message while the path is empty, and title of the preview.
+    title, placeholder : str
+        Title of the window, and placeholder of the path.
+    pictures : (str, str)
+        Names of the pictures of colour and depth; "" for none.
+    accept : str
+        Text of the button that takes the choice; "" for *Open*.
     questions : LatestRequest
         Reads files in a worker thread.
     """
+
+    meanwhile = Look("Reading…", "muted", can_be_opened=False)
+    """What is shown while a worker reads."""
 
     def __init__(
         self,
         title: str,
         placeholder: str,
-        nothing_selected: str,
-        shown: str,
+        pictures: tuple[str, str],
+        accept: str,
         questions: LatestRequest,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(title)
-        self._nothing_chosen = nothing_selected
         self._questions = questions
-        self._found: Found | None = None
+        self.seen = self.meanwhile
+        """What is seen of the choice."""
         self._delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
         self._delay.timeout.connect(self.read)
         self.path = QLineEdit(placeholderText=placeholder)
-        self.path.textChanged.connect(self.schedule)
-        self.file_button = QPushButton("File…")
-        self.file_button.clicked.connect(lambda _=False: self.browse())
-        self._browsed = False
-        """Whether the path was chosen in the file dialog, not typed."""
-        self.preview = PreviewPicture(shown)
+        self.previews = self.colour_preview, self.depth_preview = (
+            PreviewPicture(pictures[0]),
+            PreviewPicture(pictures[1]),
+        )
+        for name, preview in zip(pictures, self.previews, strict=True):
+            if not name:
+                preview.hide()
         self.message = Message(lines=5)
-        self._buttons, self.load_button = answers(self, QDialogButtonBox.StandardButton.Open, "Load")
+        self.buttons, self.accept_button = answers(self, QDialogButtonBox.StandardButton.Open, accept)
 
-    def reader(self, path: str) -> Callable[[], Found]:
-        """Return what reads a path, in a worker thread; InputError if another input of the dialog is wrong."""
+    def look(self) -> Look | Callable[[], Look]:
+        """Return what is seen of the choice, or what finds it in a worker thread; raises IlfError if it cannot be
+        read."""
         raise NotImplementedError
 
-    def browse(self) -> None:
-        """Open the file dialog, and `choose` the selected file."""
-        raise NotImplementedError
+    def files(self) -> Sequence[str]:
+        """Return the chosen paths."""
+        return (self.path.text().strip(),)
 
-    def show_found(self, found: Found) -> None:
-        """Show the content that was read, with a description."""
-        raise NotImplementedError
+    def refused(self, text: str, tone: str) -> Look:
+        """Return what is seen of a choice that cannot be taken."""
+        return Look(text, tone, can_be_opened=False)
 
     def ask(self, *above: QLayout | QWidget) -> None:
         """Lay out the inputs above the preview, and start reading."""
-        seen = lay_out(QHBoxLayout(), self.preview, self.message, spacing=12, stretched=self.message)
-        lay_out(QVBoxLayout(self), *above, seen, None, self._buttons, margins=(14, 14, 14, 14), spacing=12)
-        self.file_button.setFocus()
+        self.path.textChanged.connect(self.schedule)
+        seen = lay_out(QHBoxLayout(), *self.previews, self.message, spacing=12, stretched=self.message)
+        lay_out(QVBoxLayout(self), *above, seen, None, self.buttons, margins=(14, 14, 14, 14), spacing=12)
         self.read()
 
-    def found(self) -> Found:
-        """Return the content that was read; RuntimeError before that."""
-        if self._found is None:
-            raise RuntimeError("no file has been read")
-        return self._found
+    def browse_button(self, text: str, choose: Callable[[], str], take: Callable[[str], object]) -> QPushButton:
+        """Return a button that asks for a path, and takes it."""
+
+        def browse() -> None:
+            if path := choose():
+                take(path)
+                self.path.setFocus()  # Enter takes the choice
+
+        button = QPushButton(text)
+        button.clicked.connect(browse)
+        return button
+
+    def choose(self, path: str) -> None:
+        """Set the path, and read it."""
+        self.path.setText(path)
+        self.read()
 
     def done(self, result: int) -> None:
         self._delay.stop()
         self._questions.forget()
         super().done(result)
 
-    def read(self) -> None:
-        """Read the chosen file and describe it."""
-        self._delay.stop()
-        self._forget()
-        path = self.path.text().strip()
-        if not path:
-            self.message.show_message(self._nothing_chosen)
-            return
-        try:
-            read = self.reader(path)
-        except InputError as error:
-            self.message.show_message(str(error), "error")
-            return
-        self.message.show_message("Reading…")
-        self._questions.ask(read, self._take, self._fail)
-
     def schedule(self) -> None:
         """Read after a short delay, because more may be typed."""
-        self._forget()
+        self.accept_button.setEnabled(False)
         self._delay.start()
 
-    def choose(self, path: str) -> None:
-        """Set a path from the file dialog; "" for none."""
-        if path:
-            self.path.setText(path)
-            self.read()
-            self._browsed = True
-
-    def _forget(self) -> None:
-        self._found = None
-        self._browsed = False
+    def read(self) -> None:
+        """Read the choice, and show what is seen of it."""
+        self._delay.stop()
         self._questions.forget()
-        self.load_button.setEnabled(False)
-        self.preview.show_rgb(None)
+        try:
+            seen = self.look()
+        except IlfError as error:
+            self.fail(error)
+            return
+        if isinstance(seen, Look):
+            self.show_look(seen)
+        else:
+            self.show_look(self.meanwhile)
+            self._questions.ask(seen, self.show_look, self.fail)
 
-    def _take(self, found: Found) -> None:
-        self._found = found
-        self.show_found(found)
-        self.load_button.setEnabled(True)
-        if self._browsed:
-            self.load_button.setFocus()
+    def fail(self, error: Exception) -> None:
+        """Say why the choice cannot be taken, without the folders of its files."""
+        text = error_text(error)
+        for folder in {str(Path(file).parent) for file in self.files()} - {"."}:
+            text = text.replace(f"{folder}/", "")
+        self.show_look(self.refused(text, "error"))
 
-    def _fail(self, error: Exception) -> None:
-        folder = Path(self.path.text().strip()).parent
-        self.message.show_message(error_text(error).replace(f"{folder}/", ""), "error")
+    def show_look(self, look: Look) -> None:
+        """Show what is seen of the choice."""
+        self.seen = look
+        self.colour_preview.show_rgb(look.colour)
+        self.depth_preview.show_depth(look.depth)
+        self.message.show_message(look.text, look.tone)
+        self.accept_button.setEnabled(look.can_be_opened)

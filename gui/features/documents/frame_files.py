@@ -132,6 +132,8 @@ class Look:
     doubts : tuple of PlausibilityWarning
         Plausibility warnings about the way its depth is read.
     can_be_opened : bool
+    found : object
+        What is taken then, if it is not opened by its path.
     """
 
     text: str
@@ -140,6 +142,7 @@ class Look:
     depth: NDArray[Any] | None = None
     doubts: tuple[PlausibilityWarning, ...] = ()
     can_be_opened: bool = True
+    found: Any = None
 
 
 def look_at_frame(source: FrameRef) -> Look:

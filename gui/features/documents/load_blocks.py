@@ -3,35 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QWidget
 
-from ilf.data.blocks import Blocks
+from ilf._runtime.formatting import covered
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.segmentation.extraction import found_blocks
-from ilf.segmentation.reextraction import with_gaps_filled
+from ilf.run.block_choice import gaps_filled
 
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder
-from ...work.found_blocks import describe_blocks
 from ...work.latest_request import LatestRequest
 from .file_dialogs import PreviewDialog
+from .frame_files import Look
 
 
-def blocks_from(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> Blocks:
-    """Read the blocks of a file or folder; with `filling`, an extraction with these parameters fills their gaps."""
+def look_at_blocks(frame: RGBDFrame, path: str, filling: BlockParameters | None) -> Look:
+    """Read the blocks of a file or folder, and show them; with `filling`, an extraction with these parameters fills
+    their gaps."""
     blocks = read_blocks(path, frame.shape, image=colour_file(frame))
-    if filling is None:
-        return blocks
-    found = found_blocks(frame, filling)
-    labels = with_gaps_filled(blocks.labels, found.labels, filling)
-    return replace(blocks, labels=labels, notes=blocks.notes + found.notes)
+    if filling is not None:
+        blocks = gaps_filled(blocks, frame, filling)
+    count = int(np.count_nonzero(np.bincount(blocks.labels.ravel())[1:]))
+    named = f", {len(blocks.names)} of them named" if blocks.names else ""
+    text = "\n".join((f"{covered(count, float((blocks.labels > 0).mean()))}{named}.", *blocks.notes))
+    return Look(text, "warning" if blocks.notes else "good", block_overlay(frame.rgb, blocks.labels), found=blocks)
 
 
 def colour_file(frame: RGBDFrame) -> str | None:
@@ -46,7 +46,7 @@ _NOTHING_SELECTED = (
 )
 
 
-class LoadBlocksDialog(PreviewDialog[Blocks]):
+class LoadBlocksDialog(PreviewDialog):
     """Dialog to choose blocks, with a preview.
 
     Parameters
@@ -66,8 +66,7 @@ class LoadBlocksDialog(PreviewDialog[Blocks]):
         parent: QWidget | None = None,
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
-        title = f"Load Blocks for {frame.name}"
-        super().__init__(title, placeholder, _NOTHING_SELECTED, "Blocks", questions, parent)
+        super().__init__(f"Load Blocks for {frame.name}", placeholder, ("Blocks", ""), "Load", questions, parent)
         self._frame = frame
         self._filling = filling
         self.fill_gaps = QCheckBox("&Fill gaps by extraction")
@@ -76,23 +75,17 @@ class LoadBlocksDialog(PreviewDialog[Blocks]):
         )
         self.fill_gaps.toggled.connect(self.read)
         self.setMinimumWidth(640)
-        folder = QPushButton("Folder…")
-        folder.clicked.connect(self._browse_folder)
-        self.ask(row(label_of("&Blocks", self.path), self.path, self.file_button, folder), self.fill_gaps)
-
-    def reader(self, path: str) -> Callable[[], Blocks]:
-        return partial(blocks_from, self._frame, path, self._filling if self.fill_gaps.isChecked() else None)
-
-    def show_found(self, found: Blocks) -> None:
-        self.preview.show_rgb(block_overlay(self._frame.rgb, found.labels))
-        count = int(np.count_nonzero(np.bincount(found.labels.ravel())[1:]))
-        named = f", {len(found.names)} of them named" if found.names else ""
-        text = f"{describe_blocks(count, found.labels)}{named}."
-        self.message.show_message("\n".join([text, *found.notes]), "warning" if found.notes else "good")
-
-    def browse(self) -> None:
         kinds = "Blocks (*.png *.json);;All files (*)"
-        self.choose(choose_file(self, "Choose blocks", _FOLDER_KEY, kinds, self._frame))
+        file = self.browse_button(
+            "File…", lambda: choose_file(self, "Choose blocks", _FOLDER_KEY, kinds, frame), self.choose
+        )
+        folder = self.browse_button(
+            "Folder…", lambda: choose_folder(self, "Choose folder of masks", _FOLDER_KEY), self.choose
+        )
+        self.ask(row(label_of("&Blocks", self.path), self.path, file, folder), self.fill_gaps)
 
-    def _browse_folder(self) -> None:
-        self.choose(choose_folder(self, "Choose folder of masks", _FOLDER_KEY))
+    def look(self) -> Look | Callable[[], Look]:
+        path = self.path.text().strip()
+        if not path:
+            return self.refused(_NOTHING_SELECTED, "muted")
+        return partial(look_at_blocks, self._frame, path, self._filling if self.fill_gaps.isChecked() else None)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QHBoxLayout,
     QLineEdit,
     QPushButton,
@@ -22,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from ilf.data.camera import INTRINSICS, is_preset
-from ilf.errors import IlfError, InputError
+from ilf.errors import InputError
 from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth_doubts import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS
@@ -34,12 +33,11 @@ from ilf.sources.opening import recording_suffixes
 from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
-from ...widgets.basics import TAKES_FILES, Message, answers, combo, form, label_of, lay_out, row, stack, typed_list
+from ...widgets.basics import TAKES_FILES, combo, form, label_of, lay_out, row, stack, typed_list
 from ...widgets.file_choice import choose_file, choose_folder, remember_folder
-from ...widgets.notices import error_text
 from ...work.latest_request import LatestRequest
 from ..guide_networks import GIVES
-from .file_dialogs import PreviewPicture
+from .file_dialogs import PreviewDialog
 from .frame_files import (
     Kind,
     Look,
@@ -62,13 +60,12 @@ _NOTHING_SELECTED = (
 )
 _NO_DEPTH = "Choose the depth file that belongs to this colour image."
 _FOLDER_KEY = "open/folder"
-_DELAY_MS = 200
 
 _AUTOMATIC = "Automatic (as the files state, or by file type)"
 _AS_STATED = "As the files state, or none"
 
 
-class OpenDialog(QDialog):
+class OpenDialog(PreviewDialog):
     """Dialog to choose what is opened, with a preview.
 
     *Open* is enabled only if the chosen files can be read, or the folder or recording may have frames.
@@ -79,16 +76,15 @@ class OpenDialog(QDialog):
         Looks into a folder of frames or a recording in a worker thread.
     """
 
+    meanwhile = Look("Listing frames…")  # it can be opened already
+
     def __init__(self, looks: LatestRequest, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._looks = looks
+        placeholder = "Colour image, folder, data set, recording, project, or run.json"
+        super().__init__("Open", placeholder, ("Colour", "Depth"), "", looks, parent)
         self._proposed_depth = ""
         self._doubts: tuple[PlausibilityWarning, ...] = ()
-        self.setWindowTitle("Open")
         self.setAcceptDrops(True)
         self.setProperty(TAKES_FILES, True)
-        self._reading_delay = QTimer(self, singleShot=True, interval=_DELAY_MS)
-        self._reading_delay.timeout.connect(self.read)
         self._form, self._reading = form(), QWidget()
         self._reading_form = form(parent=self._reading)
         self._show_row: dict[QWidget, Callable[[bool], None]] = {}
@@ -97,15 +93,12 @@ class OpenDialog(QDialog):
         self._add_reading()
         self._add_camera()
         self._add_guide()
-        self.message = Message(lines=5)
         self.apply_button = QPushButton("Apply suggestion")
         self.apply_button.setToolTip("Set the depth encoding or the invalid value that the message suggests.")
         policy = self.apply_button.sizePolicy()
         policy.setRetainSizeWhenHidden(True)  # keeps the layout still while typing
         self.apply_button.setSizePolicy(policy)
         self.apply_button.clicked.connect(self._apply_suggestions)
-        self.colour_preview, self.depth_preview = PreviewPicture("Colour"), PreviewPicture("Depth")
-        buttons, self.open_button = answers(self, QDialogButtonBox.StandardButton.Open)
         self.more = QToolButton(autoRaise=True)
         self.more.setText("Reading options")
         self.more.setCheckable(True)
@@ -113,21 +106,19 @@ class OpenDialog(QDialog):
         self.more.setToolTip("How depth is read, with which camera, and a guide")
         self.more.toggled.connect(self._unfold)
         self._unfold(False)
-        previews = lay_out(QHBoxLayout(), self.colour_preview, self.depth_preview, spacing=12)
+        previews = lay_out(QHBoxLayout(), *self.previews, spacing=12)
         folded = row(self.more, self.apply_button)
-        stack(self, self._form, previews, self.message, folded, self._reading, buttons, spacing=12)
+        stack(self, self._form, previews, self.message, folded, self._reading, self.buttons, spacing=12)
         self.read()
 
     def _add_files(self) -> None:
         kinds = COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, recording_suffixes(), (PROJECT_SUFFIX, ".json")
         filters = files_of("All that can be opened", dict.fromkeys(sum(kinds, ())), recording_files())
         file = self._file_button("Choose what to open", filters, self._set_paths)
-        folder = self._button("Folder…", lambda: choose_folder(self, "Choose folder", _FOLDER_KEY), self._set_paths)
-        texts = (
-            "Colour image, folder, data set, recording, project, or run.json",
-            "Raw depth: 16-bit or float, one channel",
+        folder = self.browse_button(
+            "Folder…", lambda: choose_folder(self, "Choose folder", _FOLDER_KEY), self._set_paths
         )
-        self.path, self.depth_path = (QLineEdit(placeholderText=text) for text in texts)
+        self.depth_path = QLineEdit(placeholderText="Raw depth: 16-bit or float, one channel")
         self._add("&Path", self.path, "", file, folder)
         depth_files = files_of("Depth", DEPTH_FILE_SUFFIXES)
         depth = self._file_button(
@@ -152,7 +143,7 @@ class OpenDialog(QDialog):
         file = self._file_button("Choose intrinsics", files_of("Intrinsics", CAMERA_FILES), cameras.setEditText)
         self.undistort = QCheckBox("Undistort")
         self.undistort.setToolTip(_hint("undistort"))
-        self.undistort.toggled.connect(self._schedule)
+        self.undistort.toggled.connect(self.schedule)
         self.camera = self._add("Camera &intrinsics", cameras, "intrinsics", file, self.undistort)
         self.view = self._add("Pi&xels of", combo({None: "Colour camera", DEPTH_VIEW: "Depth camera"}), "view")
 
@@ -172,7 +163,7 @@ class OpenDialog(QDialog):
             field.setToolTip(_hint(option))
         field.setAccessibleName(text.replace("&", ""))
         changed = field.textChanged if isinstance(field, QLineEdit) else field.currentTextChanged
-        changed.connect(self._schedule)
+        changed.connect(self.schedule)
         line = QWidget()
         lay_out(QHBoxLayout(line), field, *beside, stretched=field, spacing=8)
         fields = self._form if field in (self.path, self.depth_path) else self._reading_form
@@ -180,19 +171,8 @@ class OpenDialog(QDialog):
         self._show_row[field] = partial(fields.setRowVisible, line)
         return field
 
-    def _button(self, text: str, choose: Callable[[], str], take: Callable[[str], object]) -> QPushButton:
-        """Return a button that asks for a path, and takes it."""
-
-        def browse() -> None:
-            if path := choose():
-                take(path)
-
-        button = QPushButton(text)
-        button.clicked.connect(browse)
-        return button
-
     def _file_button(self, title: str, filters: str, take: Callable[[str], object]) -> QPushButton:
-        return self._button("File…", lambda: choose_file(self, title, _FOLDER_KEY, filters), take)
+        return self.browse_button("File…", lambda: choose_file(self, title, _FOLDER_KEY, filters), take)
 
     def set_files(self, rgb: str, depth: str | None = None) -> None:
         """Set the files: two files in either order, one file, a folder, or a recording.
@@ -238,29 +218,19 @@ class OpenDialog(QDialog):
         )
         return FrameRef(colour, depth if kind is Kind.PAIR else None, options=options)
 
-    def read(self) -> None:
-        """Read the chosen files and describe them."""
-        self._looks.forget()
+    def look(self) -> Look | Callable[[], Look]:
         self._propose_partner()
-        self._reading_delay.stop()
         (colour, depth), kind = self._paths(), self.kind
         self._offer_options(kind)
-        try:
-            if kind is Kind.NOTHING:
-                self._refuse(_NOTHING_SELECTED, "muted")
-            elif kind in (Kind.PROJECT, Kind.RUN):
-                self._show(look_at_file(Path(colour)))
-            elif kind is Kind.PAIR and not depth:
-                read_colour(colour)  # reports an error of this file before asking for the other one
-                self._refuse(_NO_DEPTH, "muted")
-            elif kind is Kind.FRAMES:
-                source = self.request()
-                self._show(Look("Listing frames…"))  # meanwhile it can be opened already
-                self._looks.ask(partial(look_into, source), self._show, self._fail, key=source)
-            else:
-                self._show(look_at_frame(self.request()))
-        except IlfError as error:
-            self._fail(error)
+        if kind is Kind.NOTHING:
+            return self.refused(_NOTHING_SELECTED, "muted")
+        if kind in (Kind.PROJECT, Kind.RUN):
+            return look_at_file(Path(colour))
+        if kind is Kind.PAIR and not depth:
+            read_colour(colour)  # reports an error of this file before asking for the other one
+            return self.refused(_NO_DEPTH, "muted")
+        request = self.request()
+        return partial(look_into, request) if kind is Kind.FRAMES else look_at_frame(request)
 
     def _propose_partner(self) -> None:
         """Propose the depth beside a colour file, or the colour beside depth; a depth file that was chosen stays."""
@@ -291,32 +261,28 @@ class OpenDialog(QDialog):
         self._reading.setVisible(on)
         self.adjustSize()
 
-    def _fail(self, error: Exception) -> None:
+    def files(self) -> Sequence[str]:
+        return (*self._paths(), self.guide_path.text().strip())
+
+    def refused(self, text: str, tone: str) -> Look:
+        return refused(text, tone, *self._paths(), self.request)
+
+    def fail(self, error: Exception) -> None:
         """Say why the choice cannot be opened, or what a file names elsewhere, about which the window asks then."""
         if isinstance(error, NotAllowed):
             places = " and ".join(error.places)
             text = f"A file names {places} outside its own folder, which was never opened here: Open asks first."
-            self._show(Look(text, "warning"))
+            self.show_look(Look(text, "warning"))
         else:
-            self._refuse(error_text(error), "error")
+            super().fail(error)
 
-    def _refuse(self, text: str, tone: str) -> None:
-        """Show why the frame cannot be opened, with a preview of what can be read."""
-        files = *self._paths(), self.guide_path.text().strip()
-        for path in {str(Path(file).parent) for file in files} - {"."}:
-            text = text.replace(f"{path}/", "")
-        self._show(refused(text, tone, *self._paths(), self.request))
-
-    def _show(self, look: Look) -> None:
+    def show_look(self, look: Look) -> None:
         """Show what is seen of the choice; the dialog grows for the message if it must."""
-        self.colour_preview.show_rgb(look.colour)
-        self.depth_preview.show_depth(look.depth)
-        self.message.show_message(look.text, look.tone)
+        super().show_look(look)
         if (layout := self.layout()) is not None:
             self.resize(self.width(), max(self.height(), layout.totalHeightForWidth(self.width())))
         self._doubts = tuple(doubt for doubt in look.doubts if doubt.encoding is not None or doubt.invalid is not None)
         self.apply_button.setVisible(bool(self._doubts))
-        self.open_button.setEnabled(look.can_be_opened)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Open by Enter, also while a change is waiting to be read."""
@@ -330,13 +296,8 @@ class OpenDialog(QDialog):
         if self.result() == QDialog.DialogCode.Accepted:
             return
         self.read()  # a change may still be waiting
-        if self.open_button.isEnabled():
+        if self.accept_button.isEnabled():
             super().accept()
-
-    def done(self, result: int) -> None:
-        self._reading_delay.stop()
-        self._looks.forget()
-        super().done(result)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if event.mimeData().hasUrls():
@@ -361,10 +322,6 @@ class OpenDialog(QDialog):
                 self.invalid.setText(f"{doubt.invalid:.9g}")
         self.more.setChecked(True)  # to see what was set
         self.read()
-
-    def _schedule(self) -> None:
-        self.open_button.setEnabled(False)
-        self._reading_delay.start()
 
     def _states_lens(self, kind: Kind) -> bool:
         """Whether the distortion of the lens can be stated, in a file of intrinsics or in those of a data set."""

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QUrl
+from PySide6.QtCore import QSignalBlocker, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QStandardItemModel
 from PySide6.QtWidgets import (
-    QCheckBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
@@ -27,19 +26,14 @@ from PySide6.QtWidgets import (
 from ilf._runtime.files import is_address
 from ilf._runtime.formatting import counted
 from ilf._runtime.threads import available_cores
-from ilf.batch.folder_sink import open_folder
-from ilf.batch.frames import frames_of_files
 from ilf.batch.pictures import write_contact_sheet, write_video
-from ilf.batch.settings import BatchSettings
-from ilf.data.frame import RGBDFrame
+from ilf.batch.settings import some
 from ilf.data.results import Completion
 from ilf.errors import ParameterError
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
-from ilf.run.block_choice import BlockChoice
 from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
 from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
 
 from ...base import theme
 from ...state.entries import Entry
@@ -56,36 +50,33 @@ from ..panel import Panel
 from ..sequence.moment import written_depth
 from ..sequence.playing import PlayFeature
 from ..status import StatusFeature
-from .files import FilesForm
+from .files import FilesForm, check
 from .jobs import (
     Export,
     Scope,
     Step,
+    batch_frames,
     batch_steps,
     behind,
     frame_as_shown,
     frames_to_export,
     present_frame,
     report_file_steps,
+    settings_of,
     subjects_of,
 )
 
-_SCOPES = {scope: scope.value for scope in Scope}
 _SOURCES = {
     False: "As in this window, with its blocks and results",
     True: "Anew from the files, with the current parameters",
 }
 _FORMATS = {"html": "HTML page, one file for any browser", "pdf": "PDF, for printing or sharing"}
-_BATCH_FOLDER = "batch/folder"
 _FROM_FILES = (
     "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
     "skipped. manifest.csv lists the result of each frame."
 )
-
-_OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
-
-
 _MAX_NAMED = 3
+_OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
 
 
 class ExportFeature(Panel):
@@ -100,15 +91,15 @@ class ExportFeature(Panel):
         super().__init__(context)
         self._status, self._playing = context.feature(StatusFeature), context.feature(PlayFeature)
         self._run: Run | None = None
+        """The run of the current frame as it is shown, and what it has completed."""
         self._completion: Completion | None = None
-        self._behind = self._proposed = ""
-        self._counts: Mapping[Scope, int] = {}
-        self._ids: dict[str, str] = {}
-        """Name of a folder -> id of its frame, while frames are completed from their files."""
+        self._proposed = ""
         self._export: Export | None = None
         """The export in progress."""
         self._total = 0
         self._done: list[ExportedFrame] = []
+        self._ids: dict[str, str] = {}
+        """Name of a folder -> id of its frame, while frames are completed from their files."""
         self.requests.ended.connect(self._end_cancelled)
         _ = self.widget
 
@@ -139,14 +130,6 @@ class ExportFeature(Panel):
         self.message, self.warning = Message(lines=2), Message()
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self.export_button = buttons.addButton("Export", QDialogButtonBox.ButtonRole.AcceptRole)
-        # of this role it is at the left: the other buttons keep their places when it comes
-        self.show_button = buttons.addButton("Open as fram&es", QDialogButtonBox.ButtonRole.ResetRole)
-        self.show_button.setToolTip(
-            "Add the completed frames of the folder to the list, with completed depth as their input; double-click a "
-            "row above to open its run, with its blocks"
-        )
-        documents = self.context.feature(DocumentsFeature)
-        self.show_button.clicked.connect(lambda: documents.open_source(FrameRef(str(self._folder()))))
         self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
         buttons.accepted.connect(lambda: self.begin_export(self.request()))
         buttons.rejected.connect(dialog.reject)
@@ -154,16 +137,6 @@ class ExportFeature(Panel):
         folder = label_of("F&older", self.folder_path), row(self.folder_path, browse)
         form(("Fra&mes", self.scope), ("&Depth", self.source), folder, parent=self._form)
         stack(dialog, self._form, self.tabs, self.message, self.warning, self.work, buttons, stretched=self.tabs)
-        self._remembered: dict[str, QWidget] = {
-            "report/format": self.format,
-            "report/hidden": self.hidden,
-            "report/open": self.opens,
-            "batch/sheet": self.sheet,
-            "batch/video": self.video,
-        }
-        for key, field in self._remembered.items():
-            if (value := QSettings().value(key)) is not None:
-                field.setProperty(_user_property(field), value)
         for choice in (self.scope, self.source):
             choice.currentIndexChanged.connect(self._turn)
         of_report = self.report.toggled, self.hidden.toggled, self.format.currentIndexChanged
@@ -172,38 +145,36 @@ class ExportFeature(Panel):
         return dialog
 
     def _report_page(self) -> QWidget:
-        self.report = QCheckBox("&Write a report on the frames")
-        self.report.setToolTip("One self-contained page; several frames get an index with a row for each")
-        about = Message(lines=3)
-        about.show_message(
-            "Pictures with scales, blocks with their figures, parameters that differ from the preset, curves, errors, "
-            "run history, versions and the hashes of all files. Of frames that are not open, only those that have been "
-            "worked on."
+        self.report = check(
+            "&Write a report on the frames",
+            "One self-contained page; several frames get an index with a row for each. It has pictures with scales, "
+            "blocks with their figures, parameters that differ from the preset, curves, errors, run history, versions "
+            "and the hashes of all files. Of frames that are not open, only those that have been worked on.",
         )
         self.format = combo(_FORMATS, "File type of the report")
-        self.hidden = QCheckBox("Measure the error on held-out known depth")
-        self.hidden.setToolTip(
-            "Run a hold-out test for every frame with results; takes about as long as a run per seed"
+        self.hidden = check(
+            "Measure the error on held-out known depth",
+            "Run a hold-out test for every frame with results; takes about as long as a run per seed",
         )
         self.hold_out = HoldOutChoice()
-        self.opens = QCheckBox("Open when done")
+        self.opens = check("Open when done", "Open the report in the browser or the PDF viewer")
         self.opens.setChecked(True)
-        self.opens.setToolTip("Open the report in the browser or the PDF viewer")
         page, fields = QWidget(), QWidget()
         test = ("Hold-out test", self.hidden), ("&Hide", self.hold_out)
         form(("Form&at", self.format), *test, ("", self.opens), parent=fields)
-        stack(page, self.report, about, fields, QWidget())
+        stack(page, self.report, fields, QWidget())
         return page
 
     def _batch_page(self) -> QWidget:
         self.jobs = QSpinBox(minimum=1, maximum=available_cores(), value=spare_cores())
         self.jobs.setToolTip("Number of frames completed at the same time; they share the cores")
-        self.sheet, self.video = QCheckBox("Contact sheet"), QCheckBox("Video")
-        self.sheet.setToolTip("One picture of all frames, with their names, in one depth colour range")
-        self.video.setToolTip("Colour, measured and completed depth of all frames in sequence")
-        self.retry, self.anew = QCheckBox("Failed frames"), QCheckBox("Frames with changed settings or files")
-        self.retry.setToolTip("Retry frames that failed before")
-        self.anew.setToolTip("Complete frames again whose settings or files have changed since")
+        self.sheet = check("Contact sheet", "One picture of all frames, with their names, in one depth colour range")
+        self.video = check("Video", "Colour, measured and completed depth of all frames in sequence")
+        self.retry = check("Failed frames", "Retry frames that failed before")
+        self.anew = check(
+            "Frames with changed settings or files",
+            "Complete frames again whose settings or files have changed since",
+        )
         page, fields = QWidget(), QWidget()
         also, redo = row(self.sheet, self.video), row(self.retry, self.anew)
         form(("&Processes", self.jobs), ("Also write", also), ("Redo", redo), parent=fields)
@@ -213,22 +184,18 @@ class ExportFeature(Panel):
     # what is offered
 
     def ask(self, of_all: bool = False, from_files: bool = False, only_report: bool = False) -> None:
-        """Open the dialog for the present frame or all, or to show the export in progress."""
+        """Open the dialog for the present frame or all, with the last choice of files, or to show the export in
+        progress."""
         self.widget.show()
         self.widget.raise_()
         self.widget.activateWindow()
         if self.busy:
             return
-        self.refresh(self.parts)
-        self.prepare(Scope.ALL if of_all else Scope.THIS, from_files, only_report)
-
-    def prepare(self, scope: Scope, from_files: bool, only_report: bool) -> None:
-        """Offer a new export, with the last settings."""
         with QSignalBlocker(self.scope), QSignalBlocker(self.source):
-            self.scope.setCurrentIndex(self.scope.findData(scope))
+            self.scope.setCurrentIndex(self.scope.findData(Scope.ALL if of_all else Scope.THIS))
             self.source.setCurrentIndex(self.source.findData(from_files))
         self.folder_path.setText("")
-        self._turn()
+        self.refresh(self.parts)
         self.files.restore(None if self._run is None else self._run.frame.inputs)
         self.report.setChecked(only_report)
         if only_report:
@@ -241,35 +208,33 @@ class ExportFeature(Panel):
         """Offer what can be exported now."""
         if self.busy:
             return
-        workspace = self.context.workspace
-        counts = {scope: len(self._entries(scope)) for scope in Scope}
-        if workspace.has_current:
-            self.describe(*present_frame(workspace.current), behind(workspace.current), counts)
-        else:
-            self.describe(None, None, "", counts)
-
-    def describe(
-        self, run: Run | None, completion: Completion | None, behind: str, counts: Mapping[Scope, int]
-    ) -> None:
-        """Set the run of the current frame and its completion, what its results lack, and the number of frames of each
-        choice."""
-        self._run, self._completion, self._behind, self._counts = run, completion, behind, counts
-        model = self.scope.model()
+        workspace, model = self.context.workspace, self.scope.model()
+        self._run, self._completion = present_frame(workspace.current) if workspace.has_current else (None, None)
         for number, scope in enumerate(Scope):
-            name = run.frame.name if scope is Scope.THIS and run is not None else counts[scope]
+            count = len(self._entries(scope))
+            name = self._run.frame.name if scope is Scope.THIS and self._run is not None else count
             self.scope.setItemText(number, f"{scope}: {name}")
             if isinstance(model, QStandardItemModel):
-                model.item(number).setEnabled(counts[scope] > 0)
+                model.item(number).setEnabled(count > 0)
         self._turn()
 
     def request(self) -> Export:
-        """Return what the user wants; ParameterError if a value is wrong."""
+        """Return what the user wants; ParameterError if nothing can be exported like this."""
         from_files, scope, folder = bool(self.source.currentData()), Scope(self.scope.currentData()), self._folder()
         name = "" if scope != Scope.THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
         writes_report = self.report.isChecked() and not from_files
+        options = self.files.options()
+        if not self.folder_path.text().strip():
+            raise ParameterError("Choose a target folder.")
+        if folder.exists() and not folder.is_dir():
+            raise ParameterError(f"{folder} is a file, not a folder. Choose another folder.")
+        if not (options.filenames() or from_files or writes_report):
+            raise ParameterError("Choose at least one file to write.")
+        if not self._entries(scope):
+            raise ParameterError("There is no such frame. Choose other frames.")
         return Export(
             folder,
-            self.files.options(),
+            options,
             scope,
             from_files,
             self.jobs.value(),
@@ -280,62 +245,37 @@ class ExportFeature(Panel):
             self.hold_out.test() if self.hidden.isChecked() else None,
         )
 
-    def remember(self, export: Export) -> None:
-        """Remember the settings of an export."""
-        if export.options.filenames():
-            self.files.store()
-        for key, field in self._remembered.items():
-            QSettings().setValue(key, field.property(_user_property(field)))
-        if export.from_files:
-            QSettings().setValue(_BATCH_FOLDER, str(export.folder))
-
     def update_message(self) -> None:
         """Say what the export would write, or why it cannot."""
         for field in (self.format, self.hidden, self.opens):
             field.setEnabled(self.report.isChecked())
         self.hold_out.setEnabled(self.report.isChecked() and self.hidden.isChecked())
-        if self.busy or not self._counts:
+        if self.busy:
             return
         self._allow()
         try:
-            export = self.request()
-            record = [RECORD_FILE] * export.from_files
-            report = [] if export.report is None else [export.report.name]
-            names = list(dict.fromkeys([*self.files.names(), *record, *report]))
+            text, lacks, tone = *self._plan(self.request()), "muted"
         except ParameterError as error:
-            problem = str(error)
-        else:
-            problem = self._problem(export.folder, names)
-        self.export_button.setEnabled(not problem)
-        text, lacks = (problem, "") if problem else self._plan(export, names)
-        self.message.show_message(text, "error" if problem else "muted")
+            text, lacks, tone = str(error), "", "error"
+        self.export_button.setEnabled(tone == "muted")
+        self.message.show_message(text, tone)
         self.warning.show_message(lacks, "warning")
 
-    def _problem(self, folder: Path, names: Sequence[str]) -> str:
-        """Return why nothing can be exported, and what to do; "" if it can."""
-        if not self.folder_path.text().strip():
-            return "Choose a target folder."
-        if folder.exists() and not folder.is_dir():
-            return f"{folder} is a file, not a folder. Choose another folder."
-        if not names:
-            return "Choose at least one file to write."
-        if not self._counts[self.scope.currentData()]:
-            return "There is no such frame. Choose other frames."
-        return ""
-
-    def _plan(self, export: Export, names: Sequence[str]) -> tuple[str, str]:
+    def _plan(self, export: Export) -> tuple[str, str]:
         """Return what the export would write, and what the results of a single frame lack."""
-        files = ", ".join(names)
+        record = [RECORD_FILE] * export.from_files
+        report = [] if export.report is None else [export.report.name]
+        files = ", ".join(dict.fromkeys([*self.files.names(), *record, *report]))
         if export.from_files:
             return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
         if export.scope != Scope.THIS:
-            folders = counted(self._counts[export.scope], "folder")
+            folders = counted(len(self._entries(export.scope)), "folder")
             text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
             return text, ""
         text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
         if self._completion is None:
             return text, "No block has been run in its current state: the input depth is exported."
-        return text, self._behind
+        return text, behind(self.context.workspace.current)
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
@@ -345,76 +285,82 @@ class ExportFeature(Panel):
         self.tabs.setTabVisible(2, from_files)
         single = is_this and not from_files
         self.files.describe(self._run if single else None, self._completion if single else None)
-        name = output_folder_name(self._run.frame.name) if single and self._run is not None else "export"
-        last = str(QSettings().value(_BATCH_FOLDER, "")) if from_files else ""
-        inputs = None if self._run is None else self._run.frame.inputs
-        path = "" if inputs is None or is_address(inputs.rgb.path) else inputs.rgb.path
-        if path and inputs is not None and Path(path).parent != Path(inputs.depth.path).parent:
-            path = str(Path(path).parent)  # beside the folders of colour and depth
-        if not is_this and self._run is not None and Path(path).parent.name == self._run.frame.name:
-            path = str(Path(path).parent)  # beside the folders of the frames, not in one of them
-        folder = save_folder(path, EXPORTS if is_this else EXPORTS_OF_FRAMES)
-        proposed = last or str(folder / ("batch" if from_files else name))
+        proposed = self._proposal(is_this, from_files)
         if self.folder_path.text() in ("", self._proposed):
             self.folder_path.setText(proposed)
         self._proposed = proposed
         self.update_message()
 
+    def _proposal(self, is_this: bool, from_files: bool) -> str:
+        """Return the folder to propose: where such exports were written last, or beside the frame's files."""
+        name, path = "batch" if from_files else "export", Path()
+        if self._run is not None:
+            frame, inputs = self._run.frame, self._run.frame.inputs
+            name = output_folder_name(frame.name) if is_this and not from_files else name
+            if inputs is not None and not is_address(inputs.rgb.path):
+                path = Path(inputs.rgb.path)
+                if path.parent != Path(inputs.depth.path).parent:
+                    path = path.parent  # beside the folders of colour and depth
+                if not is_this and path.parent.name == frame.name:
+                    path = path.parent  # beside the folders of the frames, not in one of them
+        beside = "" if path == Path() else str(path)
+        return str(save_folder(beside, EXPORTS if is_this else EXPORTS_OF_FRAMES) / name)
+
     def _allow(self) -> None:
         for part in (self._form, self.files, self.report_page, self.batch_page, self.export_button):
             part.setEnabled(not self.busy)
-        self.show_button.setVisible(not self.busy and any(self._folder().glob(f"*/{RECORD_FILE}")))
 
     def _folder(self) -> Path:
         return Path(os.path.abspath(os.path.expanduser(self.folder_path.text().strip())))
 
     def _browse(self) -> None:
-        folder = self._folder()
-        start = next((place for place in (folder, *folder.parents) if place.is_dir()), folder)
-        if path := QFileDialog.getExistingDirectory(self.widget, "Choose target folder", str(start)):
+        if path := QFileDialog.getExistingDirectory(self.widget, "Choose target folder", str(self._folder())):
             self.folder_path.setText(path)
 
     # the export
 
     def begin_export(self, export: Export) -> None:
-        """Start an export; ask first if it would replace files."""
+        """Start an export, and remember its files; ask first if it would replace files."""
 
         def accept() -> None:
-            self.remember(export)
+            if export.options.filenames():
+                self.files.store()
             self.start(export)
 
-        replaced = self._replaced(export)
-        if not replaced:
+        if replaced := self._replaced(export):
+            text = f"{export.folder} has files of an earlier export. Replace them?"
+            ask(self.widget, "Replace files?", text, f"{some(replaced)}.", (("&Replace", DESTROY, accept),))
+        else:
             accept()
-            return
-        more = ", ".join(replaced[:_MAX_NAMED])
-        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
-        text = f"{export.folder} has files of an earlier export. Replace them?"
-        ask(self.widget, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, accept),))
 
     def _replaced(self, export: Export) -> list[str]:
         """Return the files that there are already, relative to the folder. A batch skips what is complete."""
         if export.from_files:
             return []
-        frames = self._frames(export.scope, self._entries(export.scope)) if export.options.filenames() else []
-        files = [Path(frame.folder, name) for frame in frames for name in self.files.names()]
-        files += [] if export.report is None else [export.report]
-        return [str(file.name if file.is_absolute() else file) for file in files if (export.folder / file).exists()]
+        frames = self._frames(export.scope) if export.options.filenames() else []
+        files = [str(Path(frame.folder, name)) for frame in frames for name in self.files.names()]
+        files += [] if export.report is None else [export.report.name]
+        return [file for file in files if (export.folder / file).exists()]
 
     def start(self, export: Export) -> None:
         """Export in the background; none may be in progress."""
-        entries = self._entries(export.scope)
-        self._export, self._done, self._ids = export, [], {}
+        workspace, entries = self.context.workspace, self._entries(export.scope)
+        self._export, self._total, self._done, self._ids = export, 0, [], {}
         parts: list[Iterator[Step]] = []
-        self._total = len(entries) if export.options.filenames() else 0
         if export.from_files:
-            parts.append(self._batch(export, entries))
-        elif self._total:
-            parts.append(export_frames(self._frames(export.scope, entries), export.folder, export.options))
+            frames = batch_frames(workspace.entries)
+            only = {entry.id: frames[entry.id] for entry in entries if entry.id in frames}
+            self._ids = {frame.folder: id for id, frame in only.items()}
+            settings = settings_of(workspace.parameters, replace(export.options, run_record=True))
+            parts.append(batch_steps(export, list(frames.values()), list(only.values()), settings))
+            self._total = len(only)
+        elif export.options.filenames():
+            parts.append(export_frames(self._frames(export.scope), export.folder, export.options))
+            self._total = len(entries)
         if export.report is not None:
-            parts.append(self._report(export.report, export, entries))
-        if not export.from_files:
-            remember_folder(EXPORTS if export.scope == Scope.THIS else EXPORTS_OF_FRAMES, export.folder)
+            subjects = subjects_of(entries, self.context.recorder.store, workspace.parameters.for_all)
+            parts.append(report_file_steps(export.report, subjects, export.test))
+        remember_folder(EXPORTS if export.scope == Scope.THIS else EXPORTS_OF_FRAMES, export.folder)
 
         def job() -> Generator[Step, None, str]:
             for steps in parts:
@@ -457,18 +403,18 @@ class ExportFeature(Panel):
         self._status.show_exporting(f"Exporting {count} of {max(self._total, 1)}")
 
     def _end(self, text: str = "") -> None:
-        """Say what was written; what was not, and what is lost, in the dialog or else in one message."""
-        export, done, self._export = self._export, self._done, None
+        """Say what was written, and what was not; also in the log, and in one message if the dialog is closed."""
+        export, done = self._export, self._done
         assert export is not None
+        report = None if text else export.report
         counts = Counter(frame.status for frame in done)
         parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
-        report = None if text else export.report
         parts += [] if report is None else [report.name]
         failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
-        notes = failed[:_MAX_NAMED] if failed or len(done) != 1 else list(done[0].notes)
-        summary = f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."
-        self._tell_end("\n".join([summary, *notes]), "warning" if text or failed else "good")
-        self.context.notes.show_message(" ".join([summary, *notes]))
+        told = [f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."]
+        told += failed[:_MAX_NAMED] if failed or len(done) != 1 else done[0].notes
+        self._close("\n".join(told), "warning" if text or failed else "good")
+        self.context.notes.show_message(" ".join(told))
         if not self.visible:
             self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
         if report is not None and self.opens.isChecked():
@@ -479,12 +425,13 @@ class ExportFeature(Panel):
             self._end("Cancelled: export again to go on. ")
 
     def fail(self, error: Exception) -> None:
-        self._export = None
-        self._tell_end(error_text(error), "error")
+        self._close(error_text(error), "error")
         if not self.visible:
             self.context.notes.report("Export", error)
 
-    def _tell_end(self, text: str, tone: str) -> None:
+    def _close(self, text: str, tone: str) -> None:
+        """Offer the next export, below what is to be said of this one."""
+        self._export = None
         self.work.hide()
         self._allow()
         self.refresh(self.parts)  # another frame may be the current one now
@@ -516,40 +463,8 @@ class ExportFeature(Panel):
             return entries
         return [entry for entry in entries if (entry.summary.done if scope == Scope.DONE else entry.summary.has_work)]
 
-    def _frames(self, scope: Scope, entries: Sequence[Entry]) -> list[FrameToExport]:
+    def _frames(self, scope: Scope) -> list[FrameToExport]:
         workspace, store = self.context.workspace, self.context.recorder.store
         if scope == Scope.THIS:
             return [frame_as_shown(workspace.current)]
-        shared = workspace.parameters.shared
-        parameters, blocks = workspace.parameters.current, BlockChoice(workspace.parameters.extraction)
-
-        def make_run(frame: RGBDFrame) -> Run:
-            return Run(frame, blocks.blocks_of(frame), parameters)
-
-        return frames_to_export(entries, store, make_run, shared.values if shared.on else None)
-
-    def _batch(self, export: Export, chosen: Sequence[Entry]) -> Iterator[Step]:
-        workspace = self.context.workspace
-        entries = [entry for entry in workspace.entries if entry.source is not None]
-        frames = frames_of_files([entry.source for entry in entries if entry.source is not None])
-        self._ids = {frame.folder: entry.id for frame, entry in zip(frames, entries, strict=True)}
-        wanted = {entry.id for entry in chosen}
-        only = [frame for frame in frames if self._ids[frame.folder] in wanted]
-        self._total = len(only)
-        options = replace(export.options, run_record=True)
-        settings = BatchSettings(
-            workspace.parameters.current, BlockChoice(workspace.parameters.extraction), options=options
-        )
-        again = {"anew": export.anew, "retry_failed": export.retry}
-        make = partial(open_folder, frames, export.folder, settings, only=only, **again)
-        return batch_steps(make, export.jobs, export.pictures)
-
-    def _report(self, path: Path, export: Export, chosen: Sequence[Entry]) -> Generator[Progress, None, None]:
-        store, shared = self.context.recorder.store, self.context.workspace.parameters.shared
-        subjects = subjects_of(chosen, store, shared.values if shared.on else None)
-        return report_file_steps(path, subjects, export.test)
-
-
-def _user_property(field: QWidget) -> str:
-    """Return the name of the property that a user sets: whether a box is checked, a number, or a text."""
-    return str(field.metaObject().userProperty().name())
+        return frames_to_export(self._entries(scope), store, workspace.parameters)

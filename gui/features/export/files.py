@@ -35,6 +35,7 @@ _UNITS_KEY = "export/png_units"
 """Settings key of PNG units chosen instead of the input's."""
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
+_DEPTH_FORMATS = {"png": "PNG, 16 bit", "tiff": "TIFF, float32 metres", "npy": "NPY, float32 metres"}
 _CLOUD_FORMATS = {
     "ply": "PLY, binary",
     "ply-ascii": "PLY, text",
@@ -79,15 +80,13 @@ class FilesForm(QWidget):
         self._run: Run | None = None
         self._completion: Completion | None = None
         self._usual_units = ""
-        self.depth_png = QCheckBox("PNG, 16 bit")
-        self.depth_tiff = QCheckBox("TIFF, float32 metres")
-        self.depth_npy = QCheckBox("NPY, float32 metres")
+        self.depths = {name: QCheckBox(text) for name, text in _DEPTH_FORMATS.items()}
         self.png_units = typed_list()
         self.png_units.addItems(_PNG_UNITS)
         self.png_units.setToolTip("PNG values per metre; by default those of the frame's depth file")
         self.png_units.setAccessibleName("Units of the PNG per metre")
         self.png_note, self.extrapolation_note, self.cloud_note = Message(lines=2), Message(), Message()
-        self.expected_error = _check(
+        self.expected_error = check(
             "Expected error as well (expected_error.*)",
             "The expected error of the filled pixels, in the same format and units as each file above. Over many "
             "frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels)",
@@ -106,8 +105,8 @@ class FilesForm(QWidget):
             "GLB is always in metres with y up, independent of the axes and unit below",
             "Format of the mesh",
         )
-        self.normals = _check("Normals", "Surface normal of every point; not available in XYZ")
-        self.drop_flying = _check(
+        self.normals = check("Normals", "Surface normal of every point; not available in XYZ")
+        self.drop_flying = check(
             "Remove flying points", "Leave out points between two surfaces; the depth files keep them"
         )
         self.axes, self.cloud_unit = combo(_AXES, name="Axes"), combo(_CLOUD_UNITS, name="Unit")
@@ -115,7 +114,6 @@ class FilesForm(QWidget):
         self.curves = QCheckBox("Convergence curves (curves.csv)")
         self.run_record = QCheckBox("Run record, needed for a replay (run.json)")
         self.exports = {name: QCheckBox(format.title) for name, format in FORMATS.items()}
-        self._depth_boxes = {"png": self.depth_png, "tiff": self.depth_tiff, "npy": self.depth_npy}
         self._formats = {"cloud": (self.cloud, self.cloud_format), "mesh": (self.mesh, self.mesh_format)}
         self._choices = {"axes": self.axes, "cloud_unit": self.cloud_unit}
         checks = "expected_error", "labels", "curves", "run_record", "normals", "drop_flying"
@@ -133,7 +131,7 @@ class FilesForm(QWidget):
         whole = inputs.depth_units if inputs is not None and inputs.depth_units > 1 else ExportOptions().depth_units
         self._usual_units = f"{whole:.12g}"
         options = stored_options()
-        for name, box in self._depth_boxes.items():
+        for name, box in self.depths.items():
             box.setChecked(name in options.depth_formats)
         for name, box in self.exports.items():
             box.setChecked(name in options.exports)
@@ -192,23 +190,23 @@ class FilesForm(QWidget):
         values: dict[str, Any] = {name: on(box) for name, box in self._checks.items()}
         values |= {name: combo.currentData() if on(box) else None for name, (box, combo) in self._formats.items()}
         values |= {name: combo.currentData() for name, combo in self._choices.items()}
-        formats = tuple(name for name, box in self._depth_boxes.items() if box.isChecked())
+        formats = tuple(name for name, box in self.depths.items() if box.isChecked())
         exports = tuple(name for name, box in self.exports.items() if on(box))
         return ExportOptions(depth_formats=formats, depth_units=self._units(), exports=exports, **values)
 
     def _boxes(self) -> list[QCheckBox]:
-        named = self._depth_boxes, self._checks, self.exports
+        named = self.depths, self._checks, self.exports
         return [*(box for boxes in named for box in boxes.values()), self.cloud, self.mesh]
 
     def _lay_out(self) -> None:
         depth_box, depth = group("Completed depth")
-        depth.addLayout(lay_out(QHBoxLayout(), self.depth_png, self.png_units, stretched=self.png_units))
+        depth.addLayout(lay_out(QHBoxLayout(), self.depths["png"], self.png_units, stretched=self.png_units))
         of_group = {
             group: [box for name, box in self.exports.items() if FORMATS[name].group == group]
             for group in (DEPTH, BLOCKS, CAMERA)
         }
         depth.addWidget(self.png_note)
-        _add_in_pairs(depth, [self.depth_tiff, self.depth_npy, *of_group[DEPTH]])
+        _add_in_pairs(depth, [self.depths["tiff"], self.depths["npy"], *of_group[DEPTH]])
         depth.addWidget(self.expected_error)
         depth.addWidget(self.extrapolation_note)
         cloud_box, cloud = group("Point cloud and mesh")
@@ -233,9 +231,9 @@ class FilesForm(QWidget):
         """Update what depends on the choice."""
         has_result = self._run is None or self._completion is not None
         has_intrinsics = self._run is None or self._run.frame.intrinsics is not None
-        self.png_units.setEnabled(self.depth_png.isChecked())
+        self.png_units.setEnabled(self.depths["png"].isChecked())
         self.curves.setEnabled(has_result)
-        self.expected_error.setEnabled(has_result and any(box.isChecked() for box in self._depth_boxes.values()))
+        self.expected_error.setEnabled(has_result and any(box.isChecked() for box in self.depths.values()))
         for box, choice in self._formats.values():
             box.setEnabled(has_intrinsics)
             choice.setEnabled(has_intrinsics and box.isChecked())
@@ -251,7 +249,7 @@ class FilesForm(QWidget):
         for message in (self.cloud_note, self.extrapolation_note):
             message.setVisible(bool(message.text()))
         try:
-            note = self._png_note(self.options().depth_units) if self.depth_png.isChecked() else ("", "muted")
+            note = self._png_note(self.options().depth_units) if self.depths["png"].isChecked() else ("", "muted")
         except ParameterError:
             note = "", "muted"
         self.png_note.show_message(*note)
@@ -264,12 +262,8 @@ class FilesForm(QWidget):
             return "Pixels that no block could complete are extrapolated; extrapolated.png shows where."
         if self._completion is None:
             return ""
-        frame, left, lines = self._run.frame, np.isnan(self._completion.depth), []
-        if frame.outside_view is not None and (outside := np.mean(frame.outside_view & left)):
-            lines.append(f"{outside:.1%} of the pixels lie outside the depth camera's view and stay missing.")
-        if missing := np.mean(frame.missing & left):
-            lines.append(f"{missing:.1%} of the pixels stay missing. To fill them all: Run > Extrapolate the rest.")
-        return "\n".join(lines)
+        missing = np.mean(self._run.frame.missing & np.isnan(self._completion.depth))
+        return f"{missing:.1%} of the pixels stay missing. To fill them: Run > Extrapolate the rest." if missing else ""
 
     def _png_note(self, units: float) -> tuple[str, str]:
         steps = f"Steps of {1000 / units:.3g} mm"
@@ -311,7 +305,8 @@ def _add_in_pairs(column: QBoxLayout, boxes: Sequence[QCheckBox]) -> None:
     column.addLayout(pairs)
 
 
-def _check(text: str, hint: str) -> QCheckBox:
+def check(text: str, hint: str) -> QCheckBox:
+    """Return a box to check, with a hint."""
     box = QCheckBox(text)
     box.setToolTip(hint)
     return box

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,20 +12,23 @@ from pathlib import Path
 from ilf._runtime.formatting import millimetres
 from ilf._runtime.writing import ensure_folder, write_bytes
 from ilf.batch.engine import complete_many
-from ilf.batch.folder_sink import FolderSink
+from ilf.batch.folder_sink import open_folder
 from ilf.batch.frame_record import FrameOutcome
+from ilf.batch.frames import BatchFrame, frames_of_files
+from ilf.batch.settings import BatchSettings
 from ilf.completion.confidence.expected_error import MEDIAN_NAME
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.data.results import Completion, compose
 from ilf.errors import IlfError, InputError
-from ilf.evaluation.evaluation import Progress, scaled_progress
+from ilf.evaluation.evaluation import Progress
 from ilf.evaluation.hold_out import HoldOutTest
-from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, folder_names, run_and_completion
+from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, Read, in_folders, run_and_completion
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
+from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.run.run import Run
 from ilf.sources.reading import read_frame
@@ -34,13 +37,11 @@ from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
 from ...state.entries import Entry
+from ...state.parameters import DocumentParameters
 from ...work.jobs import spare_cores
-from .pdf import pdf_steps
+from .pdf import pdf_of
 
 Step = ExportedFrame | Progress
-Pictures = Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]]
-Read = Callable[[], tuple[Run, Completion | None]]
-MakeRun = Callable[[RGBDFrame], Run]
 
 
 class Scope(StrEnum):
@@ -81,7 +82,7 @@ class Export:
     scope: Scope = Scope.THIS
     from_files: bool = False
     jobs: int = 1
-    pictures: Pictures = ()
+    pictures: Sequence[Callable[[Path, Sequence[FrameOutcome]], Path]] = ()
     retry: bool = False
     anew: bool = False
     report: Path | None = None
@@ -116,33 +117,22 @@ def frame_as_shown(document: Document) -> FrameToExport:
     return FrameToExport(document.name, "", lambda: (run, found))
 
 
-def frames_to_export(
-    entries: Sequence[Entry], store: WorkStore, make_run: MakeRun, for_all: Parameters | None
-) -> list[FrameToExport]:
-    """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-    store : WorkStore
-        Of the states of closed frames.
-    make_run : callable
-        Makes the run of a frame without blocks.
-    for_all : Parameters or None
-        The parameters that all frames share, if any.
-    """
-    folders = folder_names([(entry.name, entry.id) for entry in entries])
-    return [
-        FrameToExport(entry.name, folder, _reader(entry, store, make_run, for_all))
-        for entry, folder in zip(entries, folders, strict=True)
-    ]
+def settings_of(parameters: DocumentParameters, options: ExportOptions) -> BatchSettings:
+    """What frames without blocks are completed with, as those of a batch."""
+    return BatchSettings(parameters.current, BlockChoice(parameters.extraction), options=options)
 
 
-def _reader(entry: Entry, store: WorkStore, make_run: MakeRun, for_all: Parameters | None) -> Read:
-    read = _state_reader(entry, store, for_all)
-    if read is None or (entry.document is not None and not entry.document.counts()):
-        return partial(_of_files, entry, store, make_run)
-    return lambda: run_and_completion(read().state)
+def frames_to_export(entries: Sequence[Entry], store: WorkStore, parameters: DocumentParameters) -> list[FrameToExport]:
+    """Snapshot of frames, open or not; closed frames are read when they are reached, in any thread, from `store`."""
+    make_run = settings_of(parameters, ExportOptions()).run_of
+
+    def reader(entry: Entry) -> Read:
+        read = _state_reader(entry, store, parameters.for_all)
+        if read is None or (entry.document is not None and not entry.document.counts()):
+            return partial(_of_files, entry, store, make_run)
+        return lambda: run_and_completion(read().state)
+
+    return in_folders((entry.name, entry.id, reader(entry)) for entry in entries)
 
 
 def _state_reader(entry: Entry, store: WorkStore, for_all: Parameters | None) -> Callable[[], Decoded] | None:
@@ -158,7 +148,7 @@ def _state_reader(entry: Entry, store: WorkStore, for_all: Parameters | None) ->
     return read_stored
 
 
-def _of_files(entry: Entry, store: WorkStore, make_run: MakeRun) -> tuple[Run, Completion | None]:
+def _of_files(entry: Entry, store: WorkStore, make_run: Callable[[RGBDFrame], Run]) -> tuple[Run, Completion | None]:
     if entry.source is None:
         raise InputError("It has not been read, and where from is not known. Open it first.")
     again = recorded_run(entry.source, store.places)
@@ -168,20 +158,28 @@ def _of_files(entry: Entry, store: WorkStore, make_run: MakeRun) -> tuple[Run, C
 # Frames completed anew from their files, as a batch.
 
 
-def batch_steps(open_sink: Callable[[], FolderSink], jobs: int = 1, pictures: Pictures = ()) -> Iterator[Step]:
-    """Open a batch and complete its frames, those first that were completed before; then write the pictures.
+def batch_frames(entries: Iterable[Entry]) -> dict[str, BatchFrame]:
+    """Return the frames of the list that have files, by their ids."""
+    sources = {entry.id: entry.source for entry in entries if entry.source is not None}
+    return dict(zip(sources, frames_of_files(list(sources.values())), strict=True))
+
+
+def batch_steps(
+    export: Export, frames: Sequence[BatchFrame], only: Sequence[BatchFrame], settings: BatchSettings
+) -> Iterator[Step]:
+    """Open a batch of frames and complete some, after those that were completed before; then write the pictures.
 
     Raises
     ------
     IlfError
         As from `open_folder` and `complete_many`, or if a picture cannot be written.
     """
-    sink = open_sink()
+    sink = open_folder(frames, export.folder, settings, only=only, anew=export.anew, retry_failed=export.retry)
     yield from (_exported(outcome, sink.folder, before=True) for outcome in sink.earlier)
-    with closing(complete_many(sink, jobs=jobs)) as outcomes:
+    with closing(complete_many(sink, jobs=export.jobs)) as outcomes:
         for outcome in outcomes:
             yield _exported(outcome, sink.folder)
-    for write in pictures:
+    for write in export.pictures:
         write(sink.folder, sink.recorded())
 
 
@@ -206,9 +204,6 @@ def _figures(outcome: FrameOutcome) -> str:
 
 
 # A page on frames.
-
-_OF_CONTENT = 0.8
-"""Share of the work done before the pages are written."""
 
 
 def subjects_of(
@@ -243,11 +238,11 @@ def report_file_steps(
     ExportError
         If the file cannot be written; an existing file stays unchanged.
     """
-    steps = report_steps((read() for read in subjects), len(subjects), hidden=hidden, threads=spare_cores())
-    report = yield from scaled_progress(steps, 0.0, _OF_CONTENT)
+    read = (subject() for subject in subjects)
+    report = yield from report_steps(read, len(subjects), hidden=hidden, threads=spare_cores())
+    yield Progress(1.0, "writing")
     ensure_folder(path.parent)
     if path.suffix.lower() == ".pdf":
-        write_bytes(path, (yield from scaled_progress(pdf_steps(report), _OF_CONTENT, 1 - _OF_CONTENT, "writing ")))
+        write_bytes(path, pdf_of(report))
     else:
-        yield Progress(_OF_CONTENT, "writing")
         write_report(path, report)

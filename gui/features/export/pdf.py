@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-
 from PySide6.QtCore import QBuffer, QEventLoop, QIODevice, QSizeF
 from PySide6.QtGui import (
     QAbstractTextDocumentLayout,
@@ -17,8 +15,8 @@ from PySide6.QtGui import (
     QTextFormat,
 )
 
+from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.installation import __version__
-from ilf.evaluation.evaluation import Progress
 from ilf.report.report import Report
 from ilf.report.templates import render
 
@@ -27,9 +25,8 @@ _MARGIN = 2 / 2.54 * 96
 """Margin that Qt prints with, 2 cm [px of 1/96 inch]."""
 
 
-def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
-    """Print a report, a step per part, each of which begins a page; returns the content of the file. May be used in any
-    thread."""
+def pdf_of(report: Report) -> bytes:
+    """Print a report, of which each part begins a page; returns the content of the file. May be used in any thread."""
     _events = QEventLoop()  # without one, a document complains in threads that Qt has not started
     document = QTextDocument()
     document.setDefaultFont(QFont("sans-serif", _TEXT_PT))
@@ -37,7 +34,7 @@ def pdf_steps(report: Report) -> Generator[Progress, None, bytes]:
     cursor, begins_page = QTextCursor(document), QTextBlockFormat()
     begins_page.setPageBreakPolicy(QTextFormat.PageBreakFlag.PageBreak_AlwaysBefore)
     for number, part in enumerate(report.parts):
-        yield Progress(number / len(report.parts), f"part {number + 1}")
+        check_cancelled()
         if number:
             cursor.insertBlock(begins_page)
         cursor.insertHtml(f"<body>{part}</body>")

@@ -38,9 +38,6 @@ class OpenFrameLimiter(QObject):
 
     def close_surplus(self) -> None:
         """Close surplus frames as far as possible."""
-        for document in self._surplus():
-            if self._context.loader.is_postponed(document) and not document.unsaved and not document.counts():
-                self._workspace.unload(document, stored=False)
         going = [(document, document.stamp) for document in self._surplus()]
         if going:
             self._context.recorder.flush(lambda error: self._put_away(going) if error is None else None)

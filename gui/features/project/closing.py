@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
+    QCheckBox,
     QDialog,
     QDialogButtonBox,
     QPushButton,
-    QRadioButton,
     QTreeWidgetItem,
     QWidget,
 )
 from shiboken6 import isValid
 
-from ...widgets.basics import Message, group, literal_text, row_list, stack
+from ...state.document import Document
+from ...widgets.basics import Message, literal_text, row_list, stack
 from ...work.frame_runs import RunController
+from ...work.steps import Steps, in_steps
 
 _ID = Qt.ItemDataRole.UserRole
 
@@ -36,7 +39,7 @@ class CloseDialog(QDialog):
         Other work that would be lost, as sentences.
     runs : RunController
     save : callable
-        Saves only the work on frames of some ids, then calls a function with whether it was saved.
+        Returns the steps that save only the work on frames of some ids, and return whether it was saved.
     parent : QWidget
     """
 
@@ -46,15 +49,11 @@ class CloseDialog(QDialog):
         rows: Mapping[str, tuple[str, str]],
         others: Sequence[str],
         runs: RunController,
-        save: Callable[[frozenset[str], Callable[[bool], None]], None],
+        save: Callable[[frozenset[str]], Steps[bool]],
         parent: QWidget,
     ) -> None:
         super().__init__(parent)
-        self._running = [document for document in runs.running if document.id in rows]
         self._runs, self._save = runs, save
-        self._waits = False
-        runs.state_changed.connect(self._look)
-        self.finished.connect(lambda: runs.state_changed.disconnect(self._look))
         self.setWindowTitle("Save the work?" if rows else "Stop the work?")
         self.setModal(True)
         self._rows = rows
@@ -66,10 +65,10 @@ class CloseDialog(QDialog):
             ["Frame", "Unsaved work"],
             stretched=0,
         )
-        self.wait = QRadioButton("&Wait until the runs have ended")
-        self.wait.setToolTip("Complete the runs and save their results; waiting can be cancelled")
-        self.stop = QRadioButton("S&top the runs and keep the completed blocks")
-        self.stop.setToolTip("Save the blocks that are completed so far; the remaining blocks are not run")
+        self.wait = QCheckBox("&Wait until the runs in progress have ended")
+        self.wait.setToolTip(
+            "Complete the runs and save their results; otherwise they are stopped, and only completed blocks are saved"
+        )
         self.also = Message()
         self.progress = Message()
         self.save_button = QPushButton("&Save")
@@ -81,18 +80,14 @@ class CloseDialog(QDialog):
         if rows:
             buttons.addButton(self.save_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.discard_button, QDialogButtonBox.ButtonRole.DestructiveRole)
-        self.save_button.clicked.connect(self._begin)
+        self.save_button.clicked.connect(self._save_ticked)
         self.discard_button.clicked.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
         self.also.show_message("\n".join(others), "warning")
-        box, column = group("Runs in progress")
-        for button in (self.stop, self.wait):
-            column.addWidget(button)
-        self.stop.setChecked(True)
-        parts = about, self.frames, box, self.also, self.progress
+        parts = about, self.frames, self.wait, self.also, self.progress
         stack(self, *parts, buttons, stretched=self.frames if rows else None)
-        for part, is_shown in zip(parts, (True, rows, self._running, others, False), strict=True):
+        for part, is_shown in zip(parts, (True, rows, self._running(rows), others, False), strict=True):
             part.setVisible(bool(is_shown))
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
@@ -110,38 +105,37 @@ class CloseDialog(QDialog):
         """Show the progress and disable the choices; only *Cancel* stays enabled."""
         self.progress.show()
         self.progress.show_message(text)
-        for widget in (self.frames, self.wait, self.stop, self.save_button, self.discard_button):
+        for widget in (self.frames, self.wait, self.save_button, self.discard_button):
             widget.setEnabled(False)
 
-    def _begin(self) -> None:
-        """Save the ticked frames when their runs have ended, or are stopped."""
-        self._running = [document for document in self._running if document.id in self.ticked()]
-        if not self.wait.isChecked():
-            for document in self._running:
-                self._runs.of(document).cancel()
-        self._waits = True
-        self._look()
+    def ask(self, take: Callable[[bool], object]) -> None:
+        """Open the dialog, and call a function with whether to go on."""
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.finished.connect(lambda result: take(result == QDialog.DialogCode.Accepted))
+        self.open()
 
-    def _look(self) -> None:
-        """Save as soon as no run is in progress."""
-        if not self._waits:
-            return
-        if running := [document for document in self._running if document in self._runs.running]:
+    def _running(self, frames: Collection[str]) -> list[Document]:
+        return [document for document in self._runs.running if document.id in frames]
+
+    @in_steps
+    def _save_ticked(self) -> Steps[None]:
+        """Save the ticked frames when their runs have ended, or are stopped, unless it is cancelled meanwhile."""
+        ticked = self.ticked()
+        if not self.wait.isChecked():
+            for document in self._running(ticked):
+                self._runs.of(document).cancel()
+        while running := self._running(ticked):
             done = sum(self._runs.of(document).share_done for document in running) / len(running)
             names = running[0].name if len(running) == 1 else f"{len(running)} frames"
             self._show_progress(f"Waiting for the run of {names}: {done:.0%} done…")
-        else:
-            QTimer.singleShot(0, self, self._save_ticked)  # results of ended runs are stored by then
-
-    def _save_ticked(self) -> None:
-        if self._waits and not any(document in self._runs.running for document in self._running):
-            self._waits = False  # else an extrapolation follows the run
-            self._show_progress("Saving…")
-            self._save(self.ticked(), self._take_saved)
-
-    def _take_saved(self, done: bool) -> None:
-        if isValid(self) and self.isVisible():  # not cancelled meanwhile
-            (self.accept if done else self.reject)()
+            yield lambda go: self._runs.state_changed.connect(go, Qt.ConnectionType.SingleShotConnection)
+            yield partial(QTimer.singleShot, 0)  # results are stored by then, or an extrapolation follows
+            if not (isValid(self) and self.isVisible()):
+                return
+        self._show_progress("Saving…")
+        saved = yield from self._save(ticked)
+        if isValid(self) and self.isVisible():
+            (self.accept if saved else self.reject)()
 
     def _fill(self) -> None:
         for frame, (name, work) in self._rows.items():

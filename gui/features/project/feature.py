@@ -23,9 +23,9 @@ from ...base.needs import Need
 from ...base.paths import PROJECT_SUFFIX
 from ...state.entries import Entry
 from ...state.parts import Part
-from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
-from ...widgets.notices import ACCEPT, DESTROY, ask
+from ...widgets.notices import ACCEPT, DESTROY, ask, question
+from ...work.steps import Steps, go_on, in_steps
 from ..context import Context, Feature
 from .opening import Opening
 from .saving import Saving
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 _PROGRAM = "ILF Studio"
 _FOLDER_KEY = "project/folder"
 _FILES = f"Project of ILF Studio (*{PROJECT_SUFFIX})"
+_NEW, _REPLACE, _INCLUDE = "&New project", "&Replace", "&Include them"
+_QUESTION = QMessageBox.Icon.Question
 _INCLUDED = (
     "With them, the project can be opened on any computer; otherwise it has their paths and hashes. Recordings are "
     "never included."
@@ -49,14 +51,14 @@ class ProjectFeature(Feature):
         super().__init__(context)
         workspace, loader = context.workspace, context.loader
         self.present = context.recorder.present
-        self.saving, self.opening = Saving(context), Opening(context, self._leave)
+        self.saving, self.opening = Saving(context), Opening(context, self.left)
         self.discard_silently = False
         """Whether to close without asking; for headless use."""
         self.question: CloseDialog | None = None
         """The open question about unsaved work; None for none."""
         self._leaves = False
         loader.replace = lambda entries, then: self.ask_remove(entries, then)
-        loader.replayed.connect(lambda _: self.present.mark_saved("extraction"))
+        loader.replayed.connect(lambda _: self.present.mark_extraction())
         loader.opening_failed.connect(self._note_failure)
         self.opening.opened.connect(self._note_opened)
         self.saving.saved.connect(self._note_saved)
@@ -72,19 +74,21 @@ class ProjectFeature(Feature):
     # commands
 
     @command("new_project", "&New project", icon="ph.file-plus")
-    def new(self) -> None:
+    @in_steps
+    def new(self) -> Steps[None]:
         """Close all frames, and start an empty project."""
-        self._leave("a new project is started", self.opening.begin)
+        if (yield from self.left("a new project is started")):
+            yield from self.opening.begin()
 
     @command("save_project", "&Save project", icon="ph.floppy-disk", keys="Ctrl+S", needs=Need.LISTED)
     def save(self) -> None:
         """Save all frames with the work on them."""
-        self.saving.when_done(lambda: self._save(None, lambda done: None))
+        go_on(self._saved())
 
     @command("save_project_as", "Save project &as…", keys="Ctrl+Shift+S", needs=Need.LISTED)
     def save_as(self) -> None:
         """Save all frames with the work on them to another file, optionally with the frames' own files."""
-        self._save_as("", None, lambda done: None)
+        go_on(self._saved(elsewhere=True))
 
     # closing
 
@@ -92,13 +96,14 @@ class ProjectFeature(Feature):
         """Whether the window may close. If the user is asked first, the window closes after the answer."""
         asked = False
 
-        def go() -> None:
-            self._leaves = True
-            if asked:
+        @in_steps
+        def leave() -> Steps[None]:
+            self._leaves = yield from self.left("the window closes")
+            if self._leaves and asked:
                 self.context.window.close()
 
         if not self._leaves:
-            self._leave("the window closes", go)
+            leave()
             asked = True
         return self._leaves
 
@@ -107,27 +112,22 @@ class ProjectFeature(Feature):
         self.present.release()
         self.context.recorder.store.set_project(None, Places())
 
-    def close_frame(self, entry: Entry) -> None:
+    @in_steps
+    def close_frame(self, entry: Entry) -> Steps[None]:
         """Close a frame, after asking about unsaved work; if the project file contains it, it stays in the list in
         that state."""
         workspace = self.context.workspace
-
-        def close() -> None:
-            summary = self.present.saved_summary(entry)
-            if entry.document is None or summary is None:
-                workspace.remove_entries([entry])
-                return
-            workspace.unload(entry.document)
-            entry.set_unsaved(False)
-            entry.set_summary(summary)
-
-        def go() -> None:
-            if self.present.saved_summary(entry) is None:
-                close()
-            else:
-                self.context.recorder.revert([entry.id], close)
-
-        self._leave("the frame is closed", go, entry)
+        if not (yield from self.left("the frame is closed", entry)):
+            return
+        if self.present.saved_summary(entry) is not None:
+            yield partial(self.context.recorder.revert, [entry.id])
+        summary = self.present.saved_summary(entry)
+        if entry.document is None or summary is None:
+            workspace.remove_entries([entry])
+            return
+        workspace.unload(entry.document)
+        entry.set_unsaved(False)
+        entry.set_summary(summary)
 
     def ask_remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
         """Call `then` if frames may be removed from the project: at once if there is no work on them."""
@@ -146,18 +146,15 @@ class ProjectFeature(Feature):
         more = "The project file keeps it until the project is saved the next time."
         ask(self.context.window, "Remove from the project?", text, more, [("&Remove", DESTROY, then)])
 
-    def _leave(self, what: str, then: Callable[[], None], only: Entry | None = None) -> None:
-        """Call `then` as soon as a frame, or all with the project, may be closed: at once if there is nothing to ask,
-        never if the user cancels. `what` is about to happen, such as "the window closes"."""
-        take_typed()
-        if self.discard_silently:
-            then()
-        else:
-            self.saving.when_done(lambda: self._ask_leave(what, then, only))
-
-    def _ask_leave(self, what: str, then: Callable[[], None], only: Entry | None) -> None:
+    def left(self, what: str, only: Entry | None = None) -> Steps[bool]:
+        """Return whether a frame, or all with the project, may be closed, after asking about unsaved work. `what` is
+        about to happen, such as "the window closes"."""
         from .closing import CloseDialog  # made on use
 
+        take_typed()
+        if self.discard_silently:
+            return True
+        yield self.saving.when_done
         context = self.context
         entries = [*context.workspace.entries] if only is None else [only]
         documents = {entry.document for entry in entries}
@@ -170,13 +167,14 @@ class ProjectFeature(Feature):
             if (only is None if way.about is None else way.about in documents)
         ]
         if not (rows or others):
-            then()
-        elif self.question is not None:
+            return True
+        if self.question is not None:
             self.question.raise_()
-        else:
-            self.question = dialog = CloseDialog(what, rows, others, context.runs, self._save, context.window)
-            dialog.finished.connect(lambda _: setattr(self, "question", None))
-            open_once(dialog, then)
+            return False
+        self.question = CloseDialog(what, rows, others, context.runs, self._saved, context.window)
+        may: bool = yield self.question.ask
+        self.question = None
+        return may
 
     def _work_on(self, entry: Entry) -> str:
         """Describe the unsaved work and the run of a frame, such as "3 edits, 1 run"; "" for none."""
@@ -187,91 +185,78 @@ class ProjectFeature(Feature):
 
     # what is opened later
 
-    def join(self, place: Path, then: Callable[[], None]) -> None:
+    @in_steps
+    def join(self, place: Path, then: Callable[[], None]) -> Steps[None]:
         """Open a file or folder; ask first if the project is that of another folder, and has a file."""
-        if not self.opening.is_foreign(place) or self.discard_silently:
-            then()
-        elif self._saved_file() or self.present.unsaved:
-            self._ask_join(place, then)
-        else:
-            self.opening.detach()
-            then()
-
-    def _ask_join(self, place: Path, then: Callable[[], None]) -> None:
-        text = f"{place.name} is not of the folder whose project is {self.present.name}."
-
-        def begin() -> None:
-            self._leave("a new project is started", partial(self.opening.begin, then))
-
-        answers = ("&Add to it", ACCEPT, then), ("&New project", ACCEPT, begin)
-        more, icon = "A new project closes its frames first.", QMessageBox.Icon.Question
-        ask(self.context.window, "Add to the project?", text, more, answers, default=1, icon=icon)
+        if self.opening.is_foreign(place) and not self.discard_silently:
+            if self._has_file() or self.present.unsaved:
+                text = f"{place.name} is not of the folder whose project is {self.present.name}."
+                more, title = "A new project closes its frames first.", "Add to the project?"
+                answers = ("&Add to it", ACCEPT), (_NEW, ACCEPT)
+                answer = yield question(self.context.window, title, text, more, answers, default=1, icon=_QUESTION)
+                if not answer or (answer == _NEW and not (yield from self.left("a new project is started"))):
+                    return
+                if answer == _NEW:
+                    yield from self.opening.begin()
+            else:
+                self.opening.detach()
+        then()
 
     # saving
 
-    def _saved_file(self) -> bool:
+    def _has_file(self) -> bool:
         return self.present.path is not None and self.present.path.exists()
 
     @command(
         "show_project",
         "Show project in &folder",
         icon="ph.folder-open",
-        why_off=lambda self: "" if self._saved_file() else "The project is not saved yet.",
+        why_off=lambda self: "" if self._has_file() else "The project is not saved yet.",
     )
     def _show_folder(self) -> None:
         """Show the folder of the project's file."""
         if self.present.path is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.present.path.parent)))
 
-    def _save(self, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        present = self.present
-        if present.path is None or present.read_only:
-            self._save_as(present.read_only, only, then)
-        elif present.changed_on_disk():
-            self._ask_replace(present.path, only, then)
-        else:
-            self.saving.save(present.path, None, only, then)
+    def _saved(self, only: frozenset[str] | None = None, elsewhere: bool = False) -> Steps[bool]:
+        """Save all frames, or some by their ids, to the project's file, or to one that is asked for: `elsewhere`, or if
+        there is none that may be replaced. Return whether that was done."""
+        yield self.saving.when_done
+        present, window = self.present, self.context.window
+        path, embed = present.path, None
+        if present.read_only and not elsewhere:
+            self.context.notes.show_message(present.read_only)
+        elif path is not None and not elsewhere and present.changed_on_disk():
+            text = f"Another window or program has changed, moved or deleted {path.name}."
+            more = "The project as it is in this window takes the place of whatever is there now."
+            answers = (_REPLACE, DESTROY), ("Save &as…", ACCEPT)
+            answer = yield question(window, "Replace the project?", text, more, answers, default=1)
+            if not answer:
+                return False
+            elsewhere = answer != _REPLACE
+        if elsewhere or path is None or present.read_only:
+            path = self._asked_path()
+            if path is None:
+                return False
+            title, text = "Include the frames' files?", "Include the colour and depth files of all frames?"
+            answers = (_INCLUDE, ACCEPT), ("&Leave them out", ACCEPT)
+            embedded = any(name.startswith("sources/") for name in self.context.recorder.store.names())
+            answer = yield question(window, title, text, _INCLUDED, answers, default=int(not embedded), icon=_QUESTION)
+            if not answer:
+                return False
+            embed = answer == _INCLUDE
+        return bool((yield partial(self.saving.save, path, embed, only)))
 
-    def _save_as(self, why: str, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Ask for the file, and whether it includes the frames' own files. `why` is why the former file cannot be
-        replaced; "" if it can."""
-        context, first = self.context, next(iter(self.context.workspace.entries), None)
-        if why:
-            context.notes.show_message(why)
+    def _asked_path(self) -> Path | None:
+        """Return the file that the user chooses for the project; None for none."""
+        first = next(iter(self.context.workspace.entries), None)
         name = self.present.name or ("project" if first is None else first.name)
         proposed = self.present.path or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
-        path = ask_path(context.window, "Save project as", str(proposed), _FILES)
+        path = ask_path(self.context.window, "Save project as", str(proposed), _FILES)
         if not path:
-            then(False)
-            return
+            return None
         remember_folder(_FOLDER_KEY, path)
-
-        def save(embed: bool) -> None:
-            self.saving.save(Path(path).absolute(), embed, only, then)
-
-        embedded = any(name.startswith("sources/") for name in context.recorder.store.names())
-        answers = ("&Include them", ACCEPT, partial(save, True)), ("&Leave them out", ACCEPT, partial(save, False))
-        title, text = "Include the frames' files?", "Include the colour and depth files of all frames?"
-        ask(
-            context.window,
-            title,
-            text,
-            _INCLUDED,
-            answers,
-            default=int(not embedded),
-            otherwise=partial(then, False),
-            icon=QMessageBox.Icon.Question,
-        )
-
-    def _ask_replace(self, path: Path, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Ask whether to replace a file that is another one than was opened, or gone."""
-        text = f"Another window or program has changed, moved or deleted {path.name}."
-        answers = (
-            ("&Replace", DESTROY, lambda: self.saving.save(path, None, only, then)),
-            ("Save &as…", ACCEPT, lambda: self._save_as("", only, then)),
-        )
-        more = "The project as it is in this window takes the place of whatever is there now."
-        ask(self.context.window, "Replace the project?", text, more, answers, default=1, otherwise=partial(then, False))
+        return Path(path).absolute()
 
     # messages
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
+from ilf.data.frame import InputFile
 from ilf.errors import InputError
 from ilf.project.sources import MissingSource, located, moved
 from ilf.project.state_codec import UnreadableFrame
@@ -16,9 +17,11 @@ from ilf.sources.named_places import note_opened
 
 from ...project.current_project import source_of
 from ...state.entries import Entry
-from ...widgets.notices import ACCEPT, Answer, ask, error_text
+from ...widgets.notices import ACCEPT, error_text, question
+from ...work.steps import Steps, in_steps
 from ..context import Context
 
+_FOLDER, _FILE, _AS_NEW = "Locate f&older…", "Locate &file…", "Open &anew"
 _LOCATE = (
     "Locate the folder where its files are now, or a file that has another name: the others are looked for beside it. "
     "Only files with the original content are taken."
@@ -27,76 +30,66 @@ _ANEW = "Opened anew, its files are a new frame without the work, which stays in
 _NOT_THERE = "No file with the original content is there. Choose another folder."
 
 
-def ask_how_to_open(context: Context, entry: Entry, error: Exception, problem: str = "") -> None:
-    """Ask where the files of a frame are that could not be opened, or offer to open them as a new frame.
-
-    `problem` is why the place that was given before does not help; "" for none.
-    """
-    answers: list[Answer] = []
+@in_steps
+def ask_how_to_open(context: Context, entry: Entry, error: Exception) -> Steps[None]:
+    """Ask where the files of a frame are that could not be opened, or offer to open them as a new frame."""
+    answers: list[tuple[str, QMessageBox.ButtonRole]] = []
     remedies: list[str] = []
-    if isinstance(error, MissingSource):
-        window, wanted = context.window, Path(error.wanted.path)
-        start, look = str(_nearest(wanted)), partial(_look, context, entry, error)
-
-        def ask_folder() -> None:
-            look(QFileDialog.getExistingDirectory(window, "Locate Folder of the Files", start))
-
-        def ask_file() -> None:
-            look(QFileDialog.getOpenFileName(window, f"Locate {wanted.name}", start)[0])
-
-        answers += [("Locate f&older…", ACCEPT, ask_folder), ("Locate &file…", ACCEPT, ask_file)]
+    title, source, missing = f"Open {entry.name}", source_of(entry), isinstance(error, MissingSource)
+    if missing:
+        title = f"Missing Files of {context.recorder.present.name or entry.name}"
+        answers += [(_FOLDER, ACCEPT), (_FILE, ACCEPT)]
         remedies.append(_LOCATE)
-    source = source_of(entry)
     if source is not None and (isinstance(error, UnreadableFrame) or getattr(error, "found", None) is not None):
-        anew = partial(context.loader.open_new, source, f"{entry.name} (anew)")
-        answers.append(("Open &anew", ACCEPT, anew))
+        answers.append((_AS_NEW, ACCEPT))
         remedies.append(_ANEW)
-    if not answers:
-        return
-    project = context.recorder.present.name
-    title = f"Missing Files of {project or entry.name}" if isinstance(error, MissingSource) else f"Open {entry.name}"
-    text = f"{entry.name} cannot be opened. {problem or error_text(error)}"
-
-    def show_others() -> None:
-        if not context.workspace.has_current:
+    problem = error_text(error)
+    while answers and problem:
+        text = f"{entry.name} cannot be opened. {problem}"
+        answer = yield question(context.window, title, text, " ".join(remedies), answers)
+        problem = ""
+        if answer == _AS_NEW and source is not None:
+            context.loader.open_new(source, f"{entry.name} (anew)")
+        elif answer and isinstance(error, MissingSource):
+            problem = yield from _found(context, entry, error.wanted, answer == _FOLDER)
+        elif not context.workspace.has_current:
             context.panels.reveal("Frames")
 
-    ask(context.window, title, text, " ".join(remedies), answers, otherwise=show_others)
+
+def _found(context: Context, entry: Entry, wanted: InputFile, in_folder: bool) -> Steps[str]:
+    """Look for a frame's file where the user says that it is, and open the frame; others are opened with files there,
+    too. Return why the place that is given does not help; "" if it does, or none is given."""
+    store, start = context.recorder.store, str(_nearest(Path(wanted.path)))
+    if in_folder:
+        chosen = QFileDialog.getExistingDirectory(context.window, "Locate Folder of the Files", start)
+    else:
+        chosen = QFileDialog.getOpenFileName(context.window, f"Locate {Path(wanted.path).name}", start)[0]
+    if not chosen:
+        return ""
+    place = Path(chosen)
+    folders = dict.fromkeys((place, place.parent, *store.places.folders))
+    given = {wanted.path: place} if place.is_file() else {}
+    places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
+    path, _ = yield partial(context.loader.read, f"Looking for {wanted.path}", lambda: located(wanted, places))
+    if context.workspace.entries.of(entry.id) is not entry:  # another project was opened meanwhile
+        return ""
+    if path is None:
+        return _NOT_THERE
+    note_opened(path)
+    given = {wanted.path: path}
+    if path.name == Path(wanted.path).name:
+        given[str(Path(wanted.path).parent)] = path.parent
+    store.places = replace(places, given={**places.given, **given})
+    for one in context.workspace.entries:
+        if one.source is not None:
+            with suppress(InputError):  # its files are asked for when it is opened
+                one.source = moved(one.source, store.places)
+    context.recorder.present.found_elsewhere = True
+    context.recorder.note_project()
+    context.loader.open_entry(entry)
+    return ""
 
 
 def _nearest(path: Path) -> Path:
     """Return the folder of a path, or its closest existing parent."""
     return next((one for one in path.parents if one.is_dir()), Path.home())
-
-
-def _look(context: Context, entry: Entry, error: MissingSource, chosen: str) -> None:
-    """Look for a frame's file at a path or in a folder that the user has chosen, if any, and open the frame; others are
-    opened with files there, too."""
-    if not chosen:
-        return
-    wanted, store, place = error.wanted, context.recorder.store, Path(chosen)
-    folders = dict.fromkeys((place, place.parent, *store.places.folders))
-    given = {wanted.path: place} if place.is_file() else {}
-    places = replace(store.places, given={**store.places.given, **given}, folders=tuple(folders))
-
-    def take(found: tuple[Path | None, Path | None]) -> None:
-        path, _ = found
-        if context.workspace.entries.of(entry.id) is not entry:  # another project was opened meanwhile
-            return
-        if path is None:
-            ask_how_to_open(context, entry, error, _NOT_THERE)
-            return
-        note_opened(path)
-        given = {wanted.path: path}
-        if path.name == Path(wanted.path).name:
-            given[str(Path(wanted.path).parent)] = path.parent
-        store.places = replace(places, given={**places.given, **given})
-        for one in context.workspace.entries:
-            if one.source is not None:
-                with suppress(InputError):  # its files are asked for when it is opened
-                    one.source = moved(one.source, store.places)
-        context.recorder.present.found_elsewhere = True
-        context.recorder.note_project()
-        context.loader.open_entry(entry)
-
-    context.loader.read(f"Looking for {wanted.path}", lambda: located(wanted, places), take)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QSettings, Signal
@@ -17,6 +18,7 @@ from ilf.sources.frame_ref import FrameRef
 from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import apply_settings
 from ...state.entries import Entry
+from ...work.steps import Steps, in_steps
 from ..context import Context
 from .view_state import restore_views
 
@@ -30,8 +32,9 @@ class Opening(QObject):
     Parameters
     ----------
     context : Context
-    leave : callable
-        Given what is about to happen, asks about work on the current project before it calls a function.
+    left : callable
+        Given what is about to happen, returns the steps that ask about work on the current project, and return whether
+        to go on.
 
     Signals
     -------
@@ -41,26 +44,24 @@ class Opening(QObject):
 
     opened = Signal(object)
 
-    def __init__(self, context: Context, leave: Callable[[str, Callable[[], None]], None]) -> None:
+    def __init__(self, context: Context, left: Callable[[str], Steps[bool]]) -> None:
         super().__init__(context.window)
         self._context = context
         self._present = context.recorder.present
-        self.leave = leave
+        self.left = left
         self._folder: Path | None = None
         """The folder whose project the current one is."""
         context.loader.listed.connect(self._begin_of_folder)
 
-    def open(
-        self, path: Path, done: Callable[[], None] = lambda: None, fail: Callable[[], None] = lambda: None
-    ) -> None:
-        """Make a project the current one, then call `done`; call `fail` if it cannot be read."""
+    @in_steps
+    def open(self, path: Path) -> Steps[None]:
+        """Make a project the current one, after asking about the present one."""
+        opened = yield from self._read(path)
+        if opened is not None:
+            yield from self._take_newest(opened)
 
-        def ask(opened: OpenedProject) -> None:
-            self.leave(f"{path.name} is opened", lambda: self.begin(lambda: self._take_newest(opened, done)))
-
-        self._context.loader.read(f"Opening {path.name}", lambda: open_project(path), ask, fail)
-
-    def open_folder(self, how: FrameRef) -> None:
+    @in_steps
+    def open_folder(self, how: FrameRef) -> Steps[None]:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         context, folder = self._context, Path(how.rgb)
         if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
@@ -71,25 +72,27 @@ class Opening(QObject):
             self._folder = folder
             context.loader.open_folder(how)
             return
-
-        def add_new() -> None:
+        opened = yield from self._read(home)
+        if opened is None:
+            context.loader.open_folder(how)
+        elif (yield from self._take_newest(opened)):
             self._folder = folder
             context.loader.open_folder(how, show=False)
 
-        self.open(home, add_new, lambda: context.loader.open_folder(how))
+    def _read(self, path: Path) -> Steps[OpenedProject | None]:
+        """Read a project file; None, with a message, if it cannot be read."""
+        read = partial(self._context.loader.read, f"Opening {path.name}", partial(open_project, path))
+        opened: OpenedProject | None = yield lambda go: read(go, go)
+        return opened
 
-    def begin(self, then: Callable[[], None] = lambda: None) -> None:
-        """Close all frames, discard their stored states, and start an empty project; then call `then`."""
+    def begin(self) -> Steps[None]:
+        """Close all frames, discard their stored states, and start an empty project."""
         context = self._context
-
-        def begin() -> None:
-            context.workspace.remove_entries(list(context.workspace.entries))
-            context.recorder.store.set_project(None, Places())
-            apply_settings(context.workspace, Project())
-            self.detach()
-            then()
-
-        context.recorder.revert([entry.id for entry in context.workspace.entries], begin)
+        yield partial(context.recorder.revert, [entry.id for entry in context.workspace.entries])
+        context.workspace.remove_entries(list(context.workspace.entries))
+        context.recorder.store.set_project(None, Places())
+        apply_settings(context.workspace, Project())
+        self.detach()
 
     def detach(self) -> None:
         """Make the frames those of a project without a file."""
@@ -149,28 +152,31 @@ class Opening(QObject):
             self._context.loader.open_entry(first)
         self._context.recorder.note_project()
 
-    def _take_newest(self, opened: OpenedProject, done: Callable[[], None]) -> None:
-        """Make a project the current one; read it again if it was saved meanwhile, as when it was the current one."""
-
-        def take(opened: OpenedProject) -> None:
-            self.take(opened.project, opened.places, opened)
-            beside = opened.path.with_suffix("")
-            self._folder = beside if beside.is_dir() else None
-            self.opened.emit(opened)
-            done()
-
-        if not opened.parts.replaced():
-            take(opened)
-            return
-        opened.close()
-        self._context.loader.read(f"Opening {opened.path.name}", lambda: open_project(opened.path), take)
+    def _take_newest(self, opened: OpenedProject) -> Steps[bool]:
+        """Make a project the current one, if the user leaves the present one; read it again if it was saved meanwhile,
+        as when it was the current one. Return whether that was done."""
+        path = opened.path
+        if not (yield from self.left(f"{path.name} is opened")):
+            return False
+        yield from self.begin()
+        newest: OpenedProject | None = opened
+        if opened.parts.replaced():
+            opened.close()
+            newest = yield from self._read(path)
+        if newest is None:
+            return False
+        self.take(newest.project, newest.places, newest)
+        beside = path.with_suffix("")
+        self._folder = beside if beside.is_dir() else None
+        self.opened.emit(newest)
+        return True
 
     def _begin_of_folder(self, how: FrameRef) -> None:
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
         if self._present.path is not None:
-            self._present.mark_saved("frames")
+            self._present.mark_listed()
             return
         beside = _beside(self._folder)
         if beside.exists():

@@ -18,6 +18,7 @@ from ...project.current_project import has_content
 from ...state.document import Document
 from ...state.entries import Entry
 from ...work.latest_request import LatestRequest
+from ...work.steps import Steps, in_steps
 from ..context import Context
 from .view_state import views_state
 
@@ -51,13 +52,21 @@ class Saving(QObject):
         self._pace = QTimer(self, interval=_PROGRESS_INTERVAL_MS)
         self._pace.timeout.connect(self.changed)
 
+    def when_done(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as nothing is being saved: at once if nothing is."""
+        if self.busy:
+            self._afterwards.append(then)
+        else:
+            then()
+
+    @in_steps
     def save(
         self,
         path: Path,
         embed: bool | None = None,
         only: frozenset[str] | None = None,
         then: Callable[[bool], None] = lambda done: None,
-    ) -> None:
+    ) -> Steps[None]:
         """Save the project, in its state when the requests before are done.
 
         Parameters
@@ -70,17 +79,28 @@ class Saving(QObject):
         then : callable, optional
             Called with whether the project was saved.
         """
-        self.when_done(lambda: self._begin(path, embed, only, then))
-
-    def when_done(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as nothing is being saved: at once if nothing is."""
-        if self.busy:
-            self._afterwards.append(then)
+        yield self.when_done
+        self.busy, self.share = True, 0.0
+        self._pace.start()
+        self.changed.emit()
+        problem: Exception | None = None
+        try:
+            problems = yield from self._written(path, embed, only)
+        except Exception as error:
+            problem = error
+        self.busy = False
+        self._pace.stop()
+        self.changed.emit()
+        if problem is None:
+            self.saved.emit(path, problems)
         else:
-            then()
+            self._context.notes.report("The project is not saved", problem)
+        then(problem is None)
+        while self._afterwards and not self.busy:
+            self._afterwards.pop(0)()
 
-    def _begin(self, path: Path, embed: bool | None, only: frozenset[str] | None, then: Callable[[bool], None]) -> None:
-        """Store everything to save in its current state, then write it."""
+    def _written(self, path: Path, embed: bool | None, only: frozenset[str] | None) -> Steps[Sequence[str]]:
+        """Store everything to save in its current state, then write it; return what was not saved as requested."""
         workspace, recorder = self._context.workspace, self._context.recorder
         workspace.end_stroke()
         wanted = [entry for entry in workspace.entries if only is None or entry.id in only]
@@ -91,29 +111,14 @@ class Saving(QObject):
         closed = {entry: entry.changes for entry in wanted if entry.document is None}
         project = self._present.snapshot(views_state(self._context.views), only)
         archive = recorder.store.project
-        self.busy, self.share = True, 0.0
-        self._pace.start()
-        self.changed.emit()
-
-        def write(error: Exception | None) -> None:
-            if error is None and recorder.store.project is not archive:
-                error = InputError("Another project was opened meanwhile. Save again.")
-            if error is None:
-                left_out = [] if only is None else [frame.id for frame in project.frames if frame.id not in only]
-                find = partial(self._write_file, path, project, archive, left_out, embed)
-                self._writer.ask(find, take, fail)
-            else:
-                fail(error)
-
-        def take(written: tuple[OpenedProject, tuple[str, ...]]) -> None:
-            opened, problems = written
-            self._take(opened, stamps, closed)
-            self._end(lambda: self.saved.emit(opened.path, problems), then, True)
-
-        def fail(error: Exception) -> None:
-            self._end(lambda: self._context.notes.report("The project is not saved", error), then, False)
-
-        recorder.flush(write)
+        yield recorder.flush
+        if recorder.store.project is not archive:
+            raise InputError("Another project was opened meanwhile. Save again.")
+        left_out = [] if only is None else [frame.id for frame in project.frames if frame.id not in only]
+        write = partial(self._write_file, path, project, archive, left_out, embed)
+        opened, problems = yield lambda go: self._writer.ask(write, go, go)
+        self._take(opened, stamps, closed)
+        return problems
 
     def _write_file(
         self, path: Path, project: Project, archive: Parts | None, left_out: Sequence[str], embed: bool | None
@@ -153,13 +158,3 @@ class Saving(QObject):
                 document.note_saved(stamp)
         self._present.take(opened.path, opened.project)
         self._context.recorder.note_project()
-
-    def _end(self, tell: Callable[[], None], then: Callable[[bool], None], done: bool) -> None:
-        """Tell of the end of a request, after which nothing is being saved, and go on to what waits for it."""
-        self.busy = False
-        self._pace.stop()
-        self.changed.emit()
-        tell()
-        then(done)
-        while self._afterwards and not self.busy:
-            self._afterwards.pop(0)()

@@ -24,12 +24,9 @@ _MAX_DEVIATION = 0.5
 """Maximum deviation of a frame's difficulty from the usual one."""
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Contribution of one feature to the logarithm of the expected error: linear between knots, constant beyond."""
-
-    knots: tuple[float, ...]
-    values: tuple[float, ...]
+Curve = tuple[tuple[float, ...], tuple[float, ...]]
+"""Contribution of one feature to the logarithm of the expected error, linear between knots and constant beyond: the
+knots, and its values there."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +50,7 @@ class ErrorModel:
 
     def logarithms(self, features: NDArray[np.floating]) -> NDArray[np.float64]:
         """Logarithms of expected errors as shares of depth, for features (N, 13), in a frame of usual difficulty."""
-        curves = [np.array([curve.knots, curve.values]) for curve in self.curves]
+        curves = [np.array(curve) for curve in self.curves]
         most = max(2, *(curve.shape[1] for curve in curves))
         bends = np.stack([np.pad(curve, ((0, 0), (0, most - curve.shape[1])), "edge") for curve in curves])
         return self.level + _sum_of_curves(np.ascontiguousarray(features.T), bends)

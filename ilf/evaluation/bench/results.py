@@ -51,7 +51,7 @@ class Score:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row(Score):
+class BenchRow(Score):
     """One method on one frame under one pattern.
 
     Attributes
@@ -88,7 +88,7 @@ class Skipped:
 class BenchResult:
     """All rows, by pattern, frame and method, and the skipped frames."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[BenchRow, ...]
     skipped: tuple[Skipped, ...]
 
 
@@ -105,7 +105,7 @@ def summarise(result: BenchResult) -> list[Line]:
     """
     lines = []
     for _, of_pattern in groupby(result.rows, key=lambda row: row.pattern):
-        by_method: dict[str, list[Row]] = {}
+        by_method: dict[str, list[BenchRow]] = {}
         for row in of_pattern:
             by_method.setdefault(row.method, []).append(row)
         peers = [rows for method, rows in by_method.items() if method not in PRESETS]
@@ -113,7 +113,7 @@ def summarise(result: BenchResult) -> list[Line]:
     return lines
 
 
-def _line(rows: Sequence[Row], peers: Sequence[Sequence[Row]]) -> Line:
+def _line(rows: Sequence[BenchRow], peers: Sequence[Sequence[BenchRow]]) -> Line:
     """Summarise one method's rows, given those of every peer."""
     extraction = [row.extraction_seconds for row in rows if row.extraction_seconds is not None]
     line = {
@@ -140,7 +140,7 @@ def _line(rows: Sequence[Row], peers: Sequence[Sequence[Row]]) -> Line:
     }
 
 
-def values(rows: Iterable[Row], name: str) -> list[float]:
+def values(rows: Iterable[BenchRow], name: str) -> list[float]:
     """The values of one field of rows."""
     return [getattr(row, name) for row in rows]
 

@@ -22,7 +22,7 @@ from ..evaluation import evaluate, share_within
 from .frames import load_bench_frame
 from .methods import BY_BLOCKS, METHODS
 from .patterns import Task, make_task
-from .results import BenchResult, Row, Score, Skipped
+from .results import BenchResult, BenchRow, Score, Skipped
 
 
 def score(depth: NDArray[np.floating], task: Task, error_model: str = DEFAULT_MODEL) -> Score:
@@ -164,7 +164,7 @@ def _run_unit(unit: _Unit) -> BenchResult:
     return BenchResult(tuple(replace(row, pattern=pattern, sensor=source.sensor) for row in rows), ())
 
 
-def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: float) -> Row:
+def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: float) -> BenchRow:
     error_model = DEFAULT_MODEL
     if name in PRESETS:
         error_model = PRESETS[name].filter
@@ -173,7 +173,7 @@ def _run_method(name: str, task: Task, labels: np.ndarray, extraction_seconds: f
         extraction_seconds += time.perf_counter() - started
     # failing counts as filling nothing
     depth, seconds, failure = timed(lambda: METHODS[name](task.frame, labels), task.frame.depth)
-    return Row(
+    return BenchRow(
         **vars(score(depth, task, error_model)),
         frame=task.frame.name,
         method=name,

@@ -1,8 +1,9 @@
-"""Quality checks: several surfaces in a block, weak borders, islands and slivers, high expected errors."""
+"""The quality checks of a frame: several surfaces in a block, weak borders, islands, slivers, high expected errors."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import cv2
@@ -10,6 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
+from ..._runtime.arrays import check_shape
+from ..._runtime.cancellation import check_cancelled
+from ...data.frame import RGBDFrame
+from ...data.label_map import Box, checked_labels, find_blocks
 from ...data.pixel_grids import (
     Pairs,
     connected_regions,
@@ -23,7 +28,7 @@ from ...data.pixel_grids import (
     sides,
 )
 from ...segmentation.edges.relief import JUMP_LENGTH
-from .places import CheckInput, Group, Place, largest_groups, number_groups
+from .places import CheckInput, Place, largest_groups, make_check_input, number_groups, point_in
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.
 
@@ -57,10 +62,15 @@ def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) ->
     numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
         return
-    for group in largest_groups(numbers, _harm(inputs, numbers, step), inputs.labels):
-        seen = jumps[group.rows, group.columns]
-        kind = "jump" if np.count_nonzero(seen) * 2 > seen.size else "surfaces"
-        yield Place(kind, group.box, (group.label,), group.point, group.harm, _step_reason(inputs, group, kind, step))
+    for box, inside, harm in largest_groups(numbers, _harm(inputs, numbers, step)):
+        label, seen = int(inputs.labels[box][inside][0]), jumps[box][inside]
+        if np.count_nonzero(seen) * 2 > seen.size:
+            height = float(np.median(step[box][inside]))
+            kind, reason = "jump", f"Depth jumps by {height:.2f} m inside Block {label}."
+        else:
+            near, far = _beside(inputs, label, box, inside)
+            kind, reason = "surfaces", f"Block {label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
+        yield Place(kind, box, (label,), point_in(box, inside), harm, reason)
 
 
 def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -131,22 +141,18 @@ def _inside(inputs: CheckInput) -> Pairs:
     return ~right & (inputs.labels[:, 1:] > 0), ~below & (inputs.labels[1:] > 0)
 
 
-def _step_reason(inputs: CheckInput, group: Group, kind: str, step: NDArray[np.float64]) -> str:
-    if kind == "jump":
-        height = float(np.median(step[group.rows, group.columns]))
-        return f"Depth jumps by {height:.2f} m inside Block {group.label}."
-    near, far = _beside(inputs, group)
-    return f"Block {group.label} contains two surfaces, at {near:.2f} m and {far:.2f} m."
-
-
-def _beside(inputs: CheckInput, group: Group) -> tuple[float, float]:
-    """Depth [m] of the nearer and of the farther surface along a jump in missing depth."""
+def _beside(inputs: CheckInput, label: int, box: Box, inside: NDArray[np.bool_]) -> tuple[float, float]:
+    """Depth [m] of the nearer and of the farther surface along a jump of a block in missing depth."""
     height, width = inputs.labels.shape
+    top, left = np.nonzero(inside)
     corners = []
     for down, right in ((0, 0), (0, 1), (1, 0)):
-        rows, columns = np.minimum(group.rows + down, height - 1), np.minimum(group.columns + right, width - 1)
+        rows, columns = (
+            np.minimum(top + box[0].start + down, height - 1),
+            np.minimum(left + box[1].start + right, width - 1),
+        )
         depth = inputs.depth.ravel()[inputs.source[rows, columns]]
-        corners.append(np.where(inputs.labels[rows, columns] == group.label, depth, np.nan))
+        corners.append(np.where(inputs.labels[rows, columns] == label, depth, np.nan))
     return float(np.median(np.nanmin(corners, axis=0))), float(np.median(np.nanmax(corners, axis=0)))
 
 
@@ -169,14 +175,14 @@ def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iter
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
     numbers = connected_regions(pair, diagonal=True)
     totals = np.bincount(numbers.ravel(), harm.ravel(), minlength=int(numbers.max()) + 1)
-    for group in largest_groups(numbers, totals, one):
-        beyond = int(other[group.rows[0], group.columns[0]])
-        difference = float(np.median(apart_by[group.rows, group.columns]))
+    for box, inside, score in largest_groups(numbers, totals):
+        label, beyond = int(one[box][inside][0]), int(other[box][inside][0])
+        difference = float(np.median(apart_by[box][inside]))
         reason = (
-            f"Block {group.label} and Block {beyond} are {difference:.2f} m apart, but there is no edge of colour or "
-            "depth at their border."
+            f"Block {label} and Block {beyond} are {difference:.2f} m apart, but there is no edge of colour or depth "
+            "at their border."
         )
-        yield Place("border", group.box, (group.label, beyond), group.point, group.harm, reason)
+        yield Place("border", box, (label, beyond), point_in(box, inside), score, reason)
 
 
 def _stretches(
@@ -258,11 +264,11 @@ def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[
         kind = "sliver" if width[number] <= _THIN else "island"
         label, other = int(labels[number]), int(main_beyond[number])
         down, along = boxes[number - 1]
-        box = down, along
-        group = Group.of(label, box, parts[box] == number, float(harm[number]))
-        reason = _island_reason(kind, label, group.rows.size, other, bool(stray[number]))
+        point = point_in((down, along), parts[down, along] == number)
+        reason = _island_reason(kind, label, int(pixels[number]), other, bool(stray[number]))
         # for a hole, the block around it is selected
-        yield Place(kind, box, tuple(one for one in (label, other) if one), group.point, group.harm, reason)
+        shown = tuple(one for one in (label, other) if one)
+        yield Place(kind, (down, along), shown, point, float(harm[number]), reason)
 
 
 def _island_reason(kind: str, label: int, pixels: int, other: int, stray: bool) -> str:
@@ -334,7 +340,118 @@ def find_high_errors(inputs: CheckInput, error: NDArray[np.float32]) -> Iterator
     high = inputs.missing & (np.nan_to_num(error) > np.maximum(_HIGH, _HIGH_SHARE * inputs.depth))
     numbers = number_groups(high, inputs.labels)
     totals = np.bincount(numbers[high], error[high], minlength=int(numbers.max()) + 1)
-    for group in largest_groups(numbers, _BLOCK_SHARE_OF_ERROR * totals, inputs.labels):
-        typical = float(np.median(error[group.rows, group.columns]))
-        reason = f"Expected error {1000 * typical:.0f} mm over {group.rows.size:,} px of Block {group.label}."
-        yield Place("error", group.box, (group.label,), group.point, group.harm, reason)
+    for box, inside, harm in largest_groups(numbers, _BLOCK_SHARE_OF_ERROR * totals):
+        label, there = int(inputs.labels[box][inside][0]), error[box][inside]
+        reason = f"Expected error {1000 * float(np.median(there)):.0f} mm over {there.size:,} px of Block {label}."
+        yield Place("error", box, (label,), point_in(box, inside), harm, reason)
+
+
+# All checks of a frame.
+
+MIN_SCORE = 1.0
+"""Minimum score of a place to check: ten pixels with an error of ten centimetres."""
+
+_MERGE_DISTANCE = 20.0
+"""Places of one block that are closer [px] than this are merged."""
+
+
+def find_places(
+    frame: RGBDFrame,
+    labels: NDArray[np.integer],
+    strength: NDArray[np.float32],
+    error: NDArray[np.float32] | None = None,
+    *,
+    least: float = MIN_SCORE,
+) -> list[Place]:
+    """Find places where the blocks of a frame, or its filled depth, look wrong; highest scores first.
+
+    The score is the effect on the depth to be filled: a border between two parts of one plane has none and is not
+    flagged.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    strength : ndarray of float32, shape (H, W)
+        Edge strength in [0, 1], from `ilf.edge_strength`.
+    error : ndarray of float32, shape (H, W), optional
+        Expected error [m] of filled depth, NaN where nothing was filled; not checked if left out.
+    least : float
+        Minimum score of a place.
+
+    Returns
+    -------
+    list of Place
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit.
+
+    Examples
+    --------
+    >>> depth = np.full((40, 60), 1.0)
+    >>> depth[:, 30:] = 1.5
+    >>> depth[10:30, 26:34] = np.nan
+    >>> frame = RGBDFrame(np.zeros((40, 60, 3), np.uint8), depth)
+    >>> for place in find_places(frame, np.ones((40, 60), np.int32), np.zeros((40, 60), np.float32)):
+    ...     print(place.kind, place.reason)
+    jump Depth jumps by 0.50 m inside Block 1.
+    """
+    blocks = checked_labels(labels, frame.shape)
+    for array, name in ((strength, "edge strength"), (error, "expected error")):
+        if array is not None:
+            check_shape(f"The {name}", array.shape, frame.shape)
+    inputs = make_check_input(frame, blocks)
+    found: list[Place] = []
+    for find in (find_multiple_surfaces, find_weak_borders, find_islands):
+        check_cancelled()
+        found += find(inputs, strength)
+    if error is not None:
+        found += find_high_errors(inputs, error)
+    return _distinct(place for place in found if place.score >= least)
+
+
+def _distinct(places: Iterable[Place]) -> list[Place]:
+    """Places by decreasing score, without those merged into one with a higher score."""
+    kept: list[Place] = []
+    for place in sorted(places, key=lambda place: (-place.score, place.point)):
+        if not any(
+            math.dist(place.point, other.point) < _MERGE_DISTANCE and {*place.labels} & {*other.labels}
+            for other in kept
+        ):
+            kept.append(place)
+    return kept
+
+
+# Blocks that were propagated from another frame and need a check.
+
+_NO_REASON = "it came from another frame."
+
+
+def propagated_places(labels: NDArray[np.int32], reasons: Mapping[int, str]) -> list[Place]:
+    """The propagated blocks to check as places, the largest first; they come before all others.
+
+    Parameters
+    ----------
+    labels : ndarray of int, shape (H, W)
+        Label map, 0 = no block.
+    reasons : mapping of int to str
+        Block label -> reason, a sentence; "" if unknown. Labels without a block are left out.
+
+    Examples
+    --------
+    >>> place = propagated_places(np.array([[1, 1, 2]]), {2: "It is new.", 3: ""})[0]
+    >>> place.kind, place.point, place.reason
+    ('propagated', (2.5, 0.5), 'Block 2 was propagated: it is new.')
+    """
+    blocks = find_blocks(labels, list(reasons)).values()
+    places = []
+    for block in sorted(blocks, key=lambda block: -np.count_nonzero(block.mask)):
+        reason = reasons[block.label]
+        why = reason[:1].lower() + reason[1:] if reason else _NO_REASON
+        text = f"Block {block.label} was propagated: {why}"
+        point = point_in(block.box, block.mask)
+        places.append(Place("propagated", block.box, (block.label,), point, math.inf, text))
+    return places

@@ -8,15 +8,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes, find_objects
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..._runtime.arrays import check_shape
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
 from ...data.frame import RGBDFrame
 from ...data.label_map import Box
-from ...data.pixel_grids import both, nearest_values, sides
+from ...data.pixel_grids import nearest_values, piece_sizes, sides
 from ...segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
@@ -99,17 +97,10 @@ def _speckles(frame: RGBDFrame) -> Mask:
     """Small pieces of known depth that stand out from the surface beside them."""
     known, depth = frame.known, frame.depth
     near_by = np.maximum(_JUMP, _JUMP_SHARE * depth)
-    index = np.arange(depth.size).reshape(depth.shape)
-    links = []
-    for (one, other), (start, end), (limit, _), pair in zip(
-        sides(depth), sides(index), sides(near_by), both(known), strict=True
-    ):
-        linked = pair & (np.abs(one - other) <= limit)
-        links.append(np.stack([start[linked], end[linked]]))
-    rows, columns = np.concatenate(links, axis=1)
-    graph = coo_array((np.ones(rows.size, np.uint8), (rows, columns)), shape=(depth.size, depth.size))
-    _, pieces = connected_components(graph, directed=False)
-    small = known & (np.bincount(pieces)[pieces] <= max(_SPECKLE * depth.size, 4)).reshape(depth.shape)
+    right, down = (
+        np.abs(one - other) <= limit for (one, other), (limit, _) in zip(sides(depth), sides(near_by), strict=True)
+    )
+    small = known & (piece_sizes(known, (right, down)) <= max(_SPECKLE * depth.size, 4))
     large = known & ~small
     if not (small.any() and large.any()):
         return np.zeros(depth.shape, bool)

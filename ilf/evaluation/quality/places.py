@@ -190,6 +190,14 @@ class Place:
     reason: str
 
 
+def point_in(box: Box, inside: NDArray[np.bool_]) -> tuple[float, float]:
+    """The centre (x, y) of the pixel that is nearest to the median of those that a mask marks in a box."""
+    rows, columns = np.nonzero(inside)
+    away = np.abs(rows - np.median(rows)) + np.abs(columns - np.median(columns))
+    nearest = int(np.argmin(away))
+    return float(columns[nearest] + box[1].start) + 0.5, float(rows[nearest] + box[0].start) + 0.5
+
+
 # Places that the user ignores, as long as blocks and known depth around them stay as they are.
 
 _SAME = 30.0
@@ -274,42 +282,6 @@ _LARGEST = 60
 """Maximum number of places of one kind."""
 
 
-@dataclass(frozen=True, eq=False)
-class Group:
-    """A group of nearby pixels of one block.
-
-    Attributes
-    ----------
-    label : int
-        The block.
-    box : tuple of slice
-        Rows and columns of the group.
-    rows, columns : ndarray of int64, shape (n,)
-        The pixels.
-    harm : float
-        See `Place.score`.
-    """
-
-    label: int
-    box: Box
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
-    harm: float
-
-    @classmethod
-    def of(cls, label: int, box: Box, inside: NDArray[np.bool_], harm: float) -> Group:
-        """The pixels of a box that a mask of its size marks."""
-        rows, columns = np.nonzero(inside)
-        return cls(label, box, rows + box[0].start, columns + box[1].start, harm)
-
-    @property
-    def point(self) -> tuple[float, float]:
-        """The centre (x, y) of the pixel nearest to the median of all."""
-        away = np.abs(self.rows - np.median(self.rows)) + np.abs(self.columns - np.median(self.columns))
-        nearest = int(np.argmin(away))
-        return float(self.columns[nearest]) + 0.5, float(self.rows[nearest]) + 0.5
-
-
 def number_groups(pixels: NDArray[np.bool_], labels: NDArray[np.int32]) -> NDArray[np.int32]:
     """Number groups 1, 2, ... of nearby mask pixels in one block; 0 elsewhere, int32 (H, W)."""
     square = np.ones((2 * _GAP + 1,) * 2, np.uint8)
@@ -318,22 +290,19 @@ def number_groups(pixels: NDArray[np.bool_], labels: NDArray[np.int32]) -> NDArr
     return np.where(pixels, found, 0).astype(np.int32)
 
 
-def largest_groups(numbers: NDArray[np.int32], harm: NDArray[Any], labels: NDArray[np.integer]) -> Iterator[Group]:
-    """The groups with the highest harm.
+def largest_groups(numbers: NDArray[np.int32], harm: NDArray[Any]) -> Iterator[tuple[Box, NDArray[np.bool_], float]]:
+    """The boxes of the groups with the highest harm, their pixels in these, and their harm.
 
     Parameters
     ----------
     numbers : ndarray of int32, shape (H, W)
         Groups 1, 2, ..., 0 elsewhere.
     harm : ndarray of float, shape (groups + 1,)
-        Harm of each.
-    labels : ndarray of int, shape (H, W)
-        The block of every pixel of a group.
+        Harm of each, see `Place.score`.
     """
     boxes = find_objects(numbers)
     for number in np.argsort(-harm[1:], kind="stable")[:_LARGEST].tolist():
         box = boxes[number]
         if box is None or harm[number + 1] <= 0:
             continue
-        inside = numbers[box] == number + 1
-        yield Group.of(int(labels[box][inside][0]), box, inside, float(harm[number + 1]))
+        yield box, numbers[box] == number + 1, float(harm[number + 1])

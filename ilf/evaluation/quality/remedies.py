@@ -22,10 +22,9 @@ from ...segmentation.editing.cutting import piece_at
 from ...segmentation.editing.painting import give
 from ...segmentation.editing.patches import LabelPatch, grown
 from ...segmentation.flooding import flood
-from .checks import BESIDE, find_steps, flat_indices
+from .checks import BESIDE, find_places, find_steps, flat_indices
 from .invalid_depth import suggest_invalid
 from .places import JUMP, JUMP_SHARE, CheckInput, Place, make_check_input
-from .ranking import find_places
 
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]

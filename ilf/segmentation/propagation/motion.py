@@ -187,7 +187,7 @@ def difference_from_flow(motion: Motion, flow: Field, told: Mask) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class BlockParts:
     """Connected parts of a label map's blocks, and of the pixels without block.
 
     Attributes
@@ -205,12 +205,12 @@ class Parts:
     reach: Field
 
 
-def parts_of(labels: Labels) -> Parts:
+def parts_of(labels: Labels) -> BlockParts:
     """The parts of a label map, int32 (H, W)."""
     parts = connected_regions(labels, background=-1)
     label_of = np.zeros(int(parts.max()) + 1, np.int32)
     label_of[parts] = labels
-    return Parts(parts, label_of, reach_of(parts))
+    return BlockParts(parts, label_of, reach_of(parts))
 
 
 def reach_of(parts: Labels) -> Field:
@@ -244,7 +244,7 @@ _BESIDE = 2.0
 """Distance [px] from the border of a part up to which depth may belong to another part."""
 
 
-def motion_by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Motion:
+def motion_by_flow(flow: Field, agrees: Mask, parts: BlockParts, depth: Field) -> Motion:
     """Motion along the flow. The rims of parts get the motion of their inside, where the flow is consistent.
 
     Parameters
@@ -253,7 +253,7 @@ def motion_by_flow(flow: Field, agrees: Mask, parts: Parts, depth: Field) -> Mot
         From the frame before to the one after.
     agrees : ndarray of bool, shape (H, W)
         Where the flow is consistent.
-    parts : Parts
+    parts : BlockParts
         Parts of the frame before.
     depth : ndarray of float32, shape (H, W)
         Depth of the parts [m]: of two that move to the same position, the nearer one is visible.
@@ -324,14 +324,14 @@ def padded_for_flow(grey: NDArray[Any]) -> NDArray[np.uint8]:
     return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
 
 
-def depth_of_parts(frame: RGBDFrame, parts: Parts) -> Field:
+def depth_of_parts(frame: RGBDFrame, parts: BlockParts) -> Field:
     """Known depth [m]; where it is missing or close to a border, that of the nearest pixel of the same part; NaN in
     parts without known depth."""
     source = _nearest_inside(parts, frame.known, _BESIDE)
     return np.where(source < 0, np.float32(np.nan), frame.depth.ravel()[source])
 
 
-def _nearest_inside(parts: Parts, good: Mask, beside: float) -> NDArray[np.intp]:
+def _nearest_inside(parts: BlockParts, good: Mask, beside: float) -> NDArray[np.intp]:
     """For every pixel, the index of the nearest good one of its part that is farther from the part's border; in thin
     parts, of any good one; -1 in parts without."""
     source = nearest_of_block(parts.map, good & (parts.reach > beside))

@@ -30,7 +30,7 @@ from .motion import (
     parts_of,
     sources_of,
 )
-from .refining import Refined, extract_again, refine
+from .refining import extract_again, refine
 from .static_pixels import MAX_STATIC_CHANGE, around, camera_is_static, changed, detailed
 
 # Propagated blocks that should be checked, and why.
@@ -40,16 +40,17 @@ _UNSEEN, _WON, _KEPT = 0.1, 0.07, 0.85
 propagated from another block; or if it keeps less than the last fraction of its propagated pixels."""
 
 
-def reasons_to_check(labels: Labels, refined: Refined) -> dict[int, str]:
+def reasons_to_check(labels: Labels, now: Labels, was: Labels) -> dict[int, str]:
     """Blocks to check, with the reason as a sentence each.
 
     Parameters
     ----------
-    labels : ndarray of int32, shape (H, W)
-        Label map of the previous frame.
-    refined : Refined
+    labels, now : ndarray of int32, shape (H, W)
+        Label maps of the previous and of the new frame.
+    was : ndarray of int32, shape (H, W)
+        Labels propagated to the new frame, -1 where there are none.
     """
-    now, was = refined.labels, refined.propagated
+    before = labels_in(labels)
     count = int(max(now.max(), labels.max())) + 1
     size = np.bincount(now.ravel(), minlength=count)
     unseen = np.bincount(now[was < 0], minlength=count)
@@ -58,7 +59,7 @@ def reasons_to_check(labels: Labels, refined: Refined) -> dict[int, str]:
     propagated = np.bincount(was[was >= 0], minlength=count)
     reasons: dict[int, str] = {}
     for label in (np.flatnonzero(size[1:]) + 1).tolist():
-        if label in refined.new:
+        if label not in before:
             reasons[label] = "It is not in the previous frame."
         elif unseen[label] >= _UNSEEN * size[label]:
             reasons[label] = f"{unseen[label] / size[label]:.0%} of it is not visible in the previous frame."
@@ -110,14 +111,8 @@ class Followed:
         Drawn borders at their new positions; None if there are none.
     how : str
         The method used: "copied", "flow" or "pose".
-    uncertain : ndarray of bool, shape (H, W)
-        Pixels whose block was decided by the new frame, not propagated.
     reasons : mapping of int to str
-        The reason for each of them, a sentence.
-    new : frozenset of int
-        New blocks: surfaces that have come into view. They are to be checked, too.
-    gone : frozenset of int
-        Blocks that are no longer in view.
+        Block to check, such as a new one -> the reason, a sentence.
     notes : tuple of str
         Notes for the user.
     """
@@ -125,10 +120,7 @@ class Followed:
     labels: NDArray[np.int32]
     drawn: Mask | None
     how: str
-    uncertain: Mask
     reasons: Mapping[int, str] = field(default_factory=dict)
-    new: frozenset[int] = frozenset()
-    gone: frozenset[int] = frozenset()
     notes: tuple[str, ...] = ()
 
 
@@ -224,22 +216,13 @@ def follow(
     sources = sources_of(motion, after, still)
     check_cancelled()
     if share < _MIN_CONSISTENT_SHARE:
-        refined = extract_again(parts, sources, after, chosen, taken)
-        reasons = dict.fromkeys(labels_in(refined.labels), "Too little of the image matches the previous frame.")
+        found = extract_again(parts, sources, after, chosen, taken)
+        reasons = dict.fromkeys(labels_in(found), "Too little of the image matches the previous frame.")
         notes = (*notes, _LOW_MATCH_NOTE.format(share=share))
     else:
-        refined = refine(parts, sources, after, chosen, _fixed_borders(present, hand, locked), taken)
-        reasons = reasons_to_check(present, refined)
-    return Followed(
-        refined.labels,
-        _drawn_now(hand, refined.labels, sources),
-        done,
-        refined.uncertain,
-        reasons,
-        refined.new,
-        labels_in(present) - labels_in(refined.labels),
-        notes,
-    )
+        found, propagated = refine(parts, sources, after, chosen, _fixed_borders(present, hand, locked), taken)
+        reasons = reasons_to_check(present, found, propagated)
+    return Followed(found, _drawn_now(hand, found, sources), done, reasons, notes)
 
 
 def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame) -> NDArray[np.float64] | None:
@@ -267,7 +250,7 @@ def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Follo
         for label in np.flatnonzero(off > _MAX_CHANGED_SHARE * size).tolist()
         if label > 0
     }
-    return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", moved, reasons)
+    return Followed(labels.copy(), None if drawn is None else drawn.copy(), "copied", reasons)
 
 
 def _fixed_borders(labels: NDArray[np.int32], drawn: Mask | None, locked: Collection[int]) -> Mask | None:

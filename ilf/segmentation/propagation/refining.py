@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.frame import RGBDFrame
-from ...data.label_map import labels_in
 from ...data.parameters import BlockParameters
 from ...data.pixel_grids import connected_regions, mark, rim
 from ..edges.detectors import colour_gradient, gradient_strength
 from ..edges.frame_edges import find_edges, relief_of
 from ..extraction import contract, extract, found_blocks
-from .motion import Field, Labels, Mask, Parts, Sources, reach_of, ridge
+from .motion import BlockParts, Field, Labels, Mask, Sources, reach_of, ridge
 
 # Naming blocks of another extraction by overlap.
 
@@ -30,8 +28,8 @@ def free_numbers(taken: Collection[int]) -> itertools.count[int]:
     return itertools.count(max(taken, default=0) + 1)
 
 
-def named_by_overlap(fresh: Labels, propagated: Labels, taken: Collection[int]) -> tuple[Labels, frozenset[int]]:
-    """Newly extracted blocks with the numbers of the propagated blocks that they mostly overlap, and the new numbers.
+def named_by_overlap(fresh: Labels, propagated: Labels, taken: Collection[int]) -> Labels:
+    """Newly extracted blocks with the numbers of the propagated blocks that they mostly overlap; the others are new.
 
     Parameters
     ----------
@@ -53,10 +51,10 @@ def named_by_overlap(fresh: Labels, propagated: Labels, taken: Collection[int]) 
             number_of[block] = label
             given.add(label)
     free = free_numbers(taken)
-    new = [block for block in np.flatnonzero(sizes).tolist() if block > 0 and number_of[block] == 0]
-    for block in new:
-        number_of[block] = next(free)
-    return number_of[fresh], frozenset(number_of[new].tolist())
+    for block in np.flatnonzero(sizes).tolist():
+        if block > 0 and number_of[block] == 0:
+            number_of[block] = next(free)
+    return number_of[fresh]
 
 
 # Refining propagated borders on edges.
@@ -83,35 +81,14 @@ _MIN_PIECE_SHARE = 0.25
 """Minimum fraction of a propagated part in its largest piece, for that to stay although it is small."""
 
 
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """Blocks on the new frame.
-
-    Attributes
-    ----------
-    labels : ndarray of int32, shape (H, W)
-    propagated : ndarray of int32, shape (H, W)
-        Labels propagated from the sources, -1 where there are none.
-    uncertain : ndarray of bool, shape (H, W)
-        Pixels that were decided by the new frame alone, or that differ from the propagated label.
-    new : frozenset of int
-        Blocks that did not exist before.
-    """
-
-    labels: Labels
-    propagated: Labels
-    uncertain: Mask
-    new: frozenset[int]
-
-
 def refine(
-    parts: Parts,
+    parts: BlockParts,
     sources: Sources,
     after: RGBDFrame,
     chosen: BlockParameters,
     drawn: Mask | None = None,
     taken: Collection[int] = (),
-) -> Refined:
+) -> tuple[Labels, Labels]:
     """Propagate the parts of blocks along their sources and refine them.
 
     Parts without block are propagated like others. Parts are propagated, rather than blocks, so that parts that break
@@ -119,7 +96,7 @@ def refine(
 
     Parameters
     ----------
-    parts : Parts
+    parts : BlockParts
         Parts of the frame before.
     sources : Sources
     after : RGBDFrame
@@ -129,6 +106,13 @@ def refine(
         Borders that were drawn before; only stronger edges move them.
     taken : collection of int
         Numbers that no new block gets.
+
+    Returns
+    -------
+    ndarray of int32, shape (H, W)
+        Blocks on the new frame.
+    ndarray of int32, shape (H, W)
+        Labels propagated from the sources, -1 where there are none.
     """
     landscape = _landscape(after, chosen)
     smallest = chosen.smallest_block(parts.map.size)
@@ -144,27 +128,26 @@ def refine(
     foreign = _newly_visible(fine.blocks, parts, propagated, sure, sources.seen, smallest)
     waiting = len(parts.label)
     markers = np.where(foreign > 0, foreign + waiting, np.where(sure, propagated, 0)).astype(np.int32)
-    label_of, is_new = _numbers(parts.label, foreign, smallest, taken)
+    label_of = _numbers(parts.label, foreign, smallest, taken)
     hold = _hold(propagated, sources, drawn)
     grown = contract(markers, np.maximum(landscape, hold))
     grown = _merge_fragments(grown, landscape, parts.map, smallest, sources.still)
     refined = label_of[grown]
     refined[(fine.contracted == 0) & ~sources.still] = 0  # the margin
-    was = np.where(propagated > 0, label_of[propagated], np.int32(-1))
-    uncertain = (refined != was) | ~sources.seen
-    return Refined(refined, was, uncertain, labels_in(refined) & is_new)
+    return refined, np.where(propagated > 0, label_of[propagated], np.int32(-1))
 
 
 def extract_again(
-    parts: Parts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
-) -> Refined:
+    parts: BlockParts, sources: Sources, after: RGBDFrame, chosen: BlockParameters, taken: Collection[int] = ()
+) -> Labels:
     """Extract blocks of the new frame, and name them by overlap with the propagated ones."""
     propagated = np.where(sources.seen, parts.label[parts.map.ravel()[sources.pixel]], np.int32(-1))
-    labels, new = named_by_overlap(found_blocks(after, chosen).labels, propagated, {*parts.label.tolist(), *taken})
-    return Refined(labels, propagated, np.ones(labels.shape, bool), new)
+    return named_by_overlap(found_blocks(after, chosen).labels, propagated, {*parts.label.tolist(), *taken})
 
 
-def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, seen: Mask, smallest: float) -> Labels:
+def _newly_visible(
+    fine: Labels, parts: BlockParts, propagated: Labels, sure: Mask, seen: Mask, smallest: float
+) -> Labels:
     """Newly visible surfaces of the new frame, 1, 2, ...: hardly any of their pixels are reliably propagated.
 
     Surfaces that enter at the image rim are at first too small for a block, and belong to none until they are large
@@ -189,7 +172,7 @@ def _newly_visible(fine: Labels, parts: Parts, propagated: Labels, sure: Mask, s
 
 def _numbers(
     label_of: NDArray[np.int32], foreign: Labels, smallest: float, taken: Collection[int]
-) -> tuple[NDArray[np.int32], frozenset[int]]:
+) -> NDArray[np.int32]:
     """Part or surface -> label: newly visible surfaces get a new label if large enough, else none for now."""
     sizes = np.bincount(foreign.ravel())
     sizes[0] = 0
@@ -197,8 +180,7 @@ def _numbers(
     of_surface = np.zeros(sizes.size, np.int32)
     for surface in np.flatnonzero(sizes >= smallest):
         of_surface[surface] = next(free)
-    numbers = np.concatenate([label_of, of_surface]).astype(np.int32)
-    return numbers, frozenset(of_surface[of_surface > 0].tolist())
+    return np.concatenate([label_of, of_surface]).astype(np.int32)
 
 
 def _hold(propagated: Labels, sources: Sources, drawn: Mask | None) -> Field:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
-from ilf.evaluation.bench.peers import roughness
+from ilf.evaluation.bench.methods import roughness
 
 Depth = NDArray[np.float64]
 

@@ -308,7 +308,7 @@ def intrinsics_yaml(folder: Path) -> list[bytes]:
 def preset(folder: Path) -> list[bytes]:
     """With and without parameters of blocks."""
     write_preset(folder / "a.json", UserPreset("soft", ilf.preset("best", smoothness=3)))
-    other = UserPreset("other", ilf.preset("paper", max_iterations=7), "paper", ilf.BlockParameters(granularity=0.4))
+    other = UserPreset("other", ilf.preset("paper", max_iterations=7), ilf.BlockParameters(granularity=0.4))
     write_preset(folder / "b.json", other)
     return [(folder / name).read_bytes() for name in ("a.json", "b.json")]
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 import ilf
 from ilf.data.pixel_grids import different_labels, long_lines, mark
+from ilf.evaluation.quality.checks import find_places
 from ilf.evaluation.quality.places import Place
-from ilf.evaluation.quality.ranking import find_places
 from ilf.evaluation.quality.remedies import find_remedy
 from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
 

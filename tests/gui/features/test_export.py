@@ -1,6 +1,7 @@
 """The export dialog offers what can be written, and says what that would replace or lose."""
 
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from PySide6.QtCore import QEvent, QSettings
 from PySide6.QtWidgets import QApplication
 
 import ilf
+from gui.features.export import feature
 from gui.features.export.feature import ExportFeature
-from gui.features.export.jobs import Scope
 from gui.widgets.hold_out_choice import HoldOutChoice
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.data.results import compose
@@ -20,7 +21,10 @@ from ilf.run.options import ExportOptions
 
 
 @pytest.fixture
-def make(context, tmp_path, small_frame, small_labels):
+def make(context, tmp_path, small_frame, small_labels, monkeypatch):
+    context.feature = lambda kind: MagicMock()
+    monkeypatch.setattr(ExportFeature, "start", lambda *_: None)
+
     def make(
         has_intrinsics: bool = True,
         has_result: bool = True,
@@ -34,9 +38,10 @@ def make(context, tmp_path, small_frame, small_labels):
             frame = replace(frame, inputs=inputs)
         run = ilf.Run(frame, small_labels)
         completion = compose(run, {}) if depth is None else replace(compose(run, {}), depth=depth)
+        monkeypatch.setattr(feature, "present_frame", lambda document: (run, completion if has_result else None))
+        monkeypatch.setattr(feature, "behind", lambda document: behind)
         dialog = ExportFeature(context)
-        dialog.describe(run, completion if has_result else None, behind, {**dict.fromkeys(Scope, 0), Scope.THIS: 1})
-        dialog.prepare(Scope.THIS, False, False)
+        dialog.ask()
         dialog.folder_path.setText(str(tmp_path))
         return dialog
 
@@ -44,12 +49,12 @@ def make(context, tmp_path, small_frame, small_labels):
 
 
 def accept(dialog: ExportFeature) -> None:
-    dialog.remember(dialog.request())
+    dialog.begin_export(dialog.request())
 
 
 def test_choices_are_remembered_when_exported_only(make):
     dialog = make()
-    dialog.files.depth_tiff.setChecked(True)
+    dialog.files.depths["tiff"].setChecked(True)
     dialog.files.cloud_format.setCurrentText("PCD")
     dialog.files.png_units.setEditText("5000")
     chosen = dialog.files.options()

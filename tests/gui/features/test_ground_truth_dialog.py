@@ -23,14 +23,14 @@ def test_the_true_depth_is_seen_and_described_before_it_is_loaded(dialog, small_
     path = tmp_path / "true.png"
     truth = np.nan_to_num(small_frame.depth, nan=2.0) + 0.1
     cv2.imwrite(str(path), (1000 * truth).round().astype(np.uint16))
-    assert dialog.preview.picture.pixmap().isNull()
+    assert dialog.depth_preview.picture.pixmap().isNull()
     dialog.choose(str(path))
-    qtbot.waitUntil(dialog.load_button.isEnabled)
-    assert not dialog.preview.picture.pixmap().isNull()
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
+    assert not dialog.depth_preview.picture.pixmap().isNull()
     described = "Known at 100% of the pixels without depth; median deviation from the known depth: 100.0 mm."
     assert dialog.message.text().startswith(described)
-    assert dialog.found().ground_truth == pytest.approx(truth, abs=0.001)
+    assert dialog.seen.found.ground_truth == pytest.approx(truth, abs=0.001)
     dialog.path.clear()
     dialog.read()
-    assert dialog.preview.picture.pixmap().isNull()
-    assert not dialog.load_button.isEnabled()
+    assert dialog.depth_preview.picture.pixmap().isNull()
+    assert not dialog.accept_button.isEnabled()

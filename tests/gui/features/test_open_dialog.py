@@ -78,7 +78,7 @@ def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning
         dialog.camera.setEditText(f"{folder / 'rig.json'}{name}")
         dialog.read()
         assert message in dialog.message.text()
-        assert dialog.open_button.isEnabled() == bool(name)
+        assert dialog.accept_button.isEnabled() == bool(name)
     dialog.camera.setEditText(str(folder / "rig.json"))
     dialog.read()
     dialog.camera.setEditText(dialog.message.text().split()[-1].rstrip("."))
@@ -108,7 +108,7 @@ def test_a_dataset_is_named_behind_the_depth_file_or_for_a_folder(dialog, folder
     path = str(folder / "take.h5")
     dialog.set_files(str(folder / "rgb.png"), path)
     assert "take.h5:/far/depth, or" in dialog.message.text().replace("\u200b", "")
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     assert not dialog.dataset.isVisible()
     dialog.depth_path.setText(f"{path}:/near/depth")
     dialog.read()
@@ -145,7 +145,7 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
     dialog.set_files(str(folder / "rgb.png"))
     dialog.guide_path.setText(str(folder / "wide.npy"))
     dialog.read()
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     assert "another aspect" in dialog.message.text()
     dialog.guide_path.setText(str(folder / "half.npy"))
     dialog.read()
@@ -158,14 +158,14 @@ def test_a_guide_is_read_with_the_frame_or_refused(dialog, folder):
 def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbot):
     dialog.set_files(str(folder / "rgb.png"))
     dialog.encoding.setCurrentText("1 (metres)")
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     qtbot.waitUntil(lambda: "2000 m" in dialog.message.text())
     assert dialog.message.tone() == "error"
     assert not dialog.depth_preview.picture.pixmap().isNull()
     dialog.accept()
     assert dialog.isVisible()
     dialog.encoding.setCurrentText("1000 (millimetres)")
-    qtbot.waitUntil(dialog.open_button.isEnabled)
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_a_wrong_depth_file_is_refused_in_plain_words(dialog, folder, make, expe
     dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
     assert expected in dialog.message.text()
     assert dialog.message.tone() == "error"
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
 
 
 def test_a_file_alone_is_judged_before_its_depth_is_asked_for(dialog, folder):
@@ -194,7 +194,7 @@ def test_a_file_alone_is_judged_before_its_depth_is_asked_for(dialog, folder):
     dialog.set_files(str(folder / "notes.txt"))
     assert dialog.message.tone() == "error"
     assert "notes.txt" in dialog.message.text()
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
     assert dialog.message.tone() == "warning"
     assert "most likely sun, with a median of 2.6" in dialog.message.text()
     assert "65535 fills 10.0% of the pixels" in dialog.message.text()
-    assert dialog.open_button.isEnabled(), "it is asked, not decided"
+    assert dialog.accept_button.isEnabled(), "it is asked, not decided"
     dialog.apply_button.click()
     assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, sun,")
     assert dialog.message.tone() == "text", "no intrinsics"
@@ -246,7 +246,7 @@ def test_what_is_doubted_is_offered_where_the_scale_is_refused_too(dialog, rotat
     assert "outside 0.1-50 m" in dialog.message.text()
     assert dialog.apply_button.isVisible()
     dialog.apply_button.click()
-    assert dialog.open_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
 
 
 @pytest.mark.parametrize(("field", "text"), [("encoding", "suns"), ("invalid", "none"), ("min_confidence", "high")])
@@ -255,7 +255,7 @@ def test_what_is_no_encoding_or_number_is_refused(dialog, rotated, field, text):
     (dialog.encoding.setEditText if field == "encoding" else getattr(dialog, field).setText)(text)
     dialog.read()
     assert repr(text) in dialog.message.text()
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     assert not dialog.apply_button.isVisible()
 
 
@@ -281,16 +281,16 @@ def recording(tmp_path):
 
 def test_the_first_frame_of_a_recording_is_seen_before_it_is_opened(dialog, recording, qtbot):
     dialog.set_files(str(recording))
-    assert dialog.open_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
     qtbot.waitUntil(lambda: "found. First frame:" in dialog.message.text())
     assert "Median" in dialog.message.text()
     assert not dialog.colour_preview.picture.pixmap().isNull()
     assert not dialog.depth_preview.picture.pixmap().isNull()
     assert not dialog.depth_path.isVisible()
-    assert dialog.open_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
     dialog.min_confidence.setText("high")
     dialog.read()
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
 
 
 def test_a_folder_of_frames_is_looked_into_and_an_empty_one_refused(dialog, folder, tmp_path, qtbot):
@@ -304,7 +304,7 @@ def test_a_folder_of_frames_is_looked_into_and_an_empty_one_refused(dialog, fold
     dialog.set_files(str(tmp_path / "empty"))
     qtbot.waitUntil(lambda: "contains no frames" in dialog.message.text())
     assert dialog.message.tone() == "error"
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
     assert dialog.depth_preview.picture.pixmap().isNull()
 
 
@@ -315,7 +315,7 @@ def test_a_recording_whose_first_frame_is_damaged_can_be_opened(dialog, recordin
     monkeypatch.setattr("gui.features.documents.frame_files.measured_frame", damaged)
     dialog.set_files(str(recording))
     qtbot.waitUntil(lambda: "The first frame cannot be read: The depth of this frame" in dialog.message.text())
-    assert dialog.open_button.isEnabled()
+    assert dialog.accept_button.isEnabled()
 
 
 def test_a_dialog_after_another_says_why_a_folder_is_refused(tmp_path, qtbot):
@@ -358,7 +358,7 @@ def test_enter_opens_once_wherever_it_is_pressed_and_before_the_change_is_read(d
 def _type(dialog, path, qtbot):
     dialog.path.clear()
     QTest.keyClicks(dialog.path, str(path))
-    qtbot.waitUntil(dialog.open_button.isEnabled)
+    qtbot.waitUntil(dialog.accept_button.isEnabled)
 
 
 def test_typing_a_colour_file_proposes_the_depth_beside_it_and_depth_its_colour(dialog, folder, tmp_path, qtbot):
@@ -395,7 +395,7 @@ def test_only_the_options_that_apply_are_there(dialog, folder, recording, tmp_pa
     assert "run.json" in dialog.message.text()
     dialog.set_files(str(tmp_path / "none.ilf"))
     assert "none.ilf" in dialog.message.text()
-    assert not dialog.open_button.isEnabled()
+    assert not dialog.accept_button.isEnabled()
 
 
 def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
@@ -405,4 +405,4 @@ def test_what_is_dropped_on_the_dialog_is_chosen(dialog, folder):
         QApplication.sendEvent(dialog, event)
         assert event.isAccepted()
     assert dialog.path.text() == str(folder / "rgb.png")
-    assert dialog.open_button.isEnabled()
+    assert dialog.accept_button.isEnabled()

@@ -28,7 +28,7 @@ def test_a_heading_is_on_the_page_of_what_follows(qapp, monkeypatch, what, lines
 
     monkeypatch.setattr(pdf, "QTextDocument", Document)
     for before in range(30, 80):
-        list(pdf.pdf_steps(Report("a report", ("<p>line</p>" * before + what,))))
+        pdf.pdf_of(Report("a report", ("<p>line</p>" * before + what,)))
     assert 0 < sum(begins) <= lines
 
 
@@ -53,6 +53,6 @@ def test_no_page_ends_within_a_row(qapp, monkeypatch):
     monkeypatch.setattr(pdf, "QTextDocument", Document)
     row = "<tr><td><p>Run 1</p><p>2026-01-01, best</p><p>note</p></td><td>2</td></tr>"
     for before in range(3):
-        list(pdf.pdf_steps(Report("a report", ("<p>line</p>" * before + f"<table>{row * 40}</table>",))))
+        pdf.pdf_of(Report("a report", ("<p>line</p>" * before + f"<table>{row * 40}</table>",)))
     assert not any(torn)
     assert len(torn) == 120

@@ -133,7 +133,7 @@ def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, cli):
 
 
 def test_evaluate_takes_presets_from_files_each_with_its_extraction(files, cli):
-    one_block = UserPreset("one block", ilf.preset("paper"), "paper", BlockParameters(granularity=0.0, use_depth=False))
+    one_block = UserPreset("one block", ilf.preset("paper"), BlockParameters(granularity=0.0, use_depth=False))
     write_preset("file.json", one_block)
     hidden = ["--hold-out", "random", "--seeds", "1", "--by-block"]
     text = cli("evaluate", *files, "--preset", "best", "--preset", "file.json", *hidden, *QUICK).out

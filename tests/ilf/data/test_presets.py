@@ -11,7 +11,6 @@ from ilf.data.presets import (
     UserPreset,
     delete_preset,
     find_preset,
-    import_preset,
     list_presets,
     presets_folder,
     read_preset,
@@ -22,7 +21,7 @@ from ilf.data.presets import (
 from ilf.errors import ExportError, FormatError, InputError, ParameterError
 
 SOFT = UserPreset("weich, größer", ilf.preset("best", smoothness=3.5, noise=0.002))
-PAPER = UserPreset("paper 300", ilf.preset("paper", max_iterations=300), "paper", BlockParameters(granularity=0.8))
+PAPER = UserPreset("paper 300", ilf.preset("paper", max_iterations=300), BlockParameters(granularity=0.8))
 
 
 def _saved(preset: UserPreset) -> Path:
@@ -103,15 +102,6 @@ def test_names_that_no_file_can_have_everywhere_are_refused(name):
     with pytest.raises(InputError, match=r"cannot be the name|built-in preset"):
         save_preset(name, SOFT.parameters)
     assert not presets_folder().exists()
-
-
-def test_import_takes_the_name_in_the_file(tmp_path):
-    write_preset(tmp_path / "file.json", SOFT)
-    assert import_preset(tmp_path / "file.json") == SOFT
-    with pytest.raises(InputError, match="already"):
-        import_preset(tmp_path / "file.json")
-    import_preset(tmp_path / "file.json", replace=True)
-    assert list(list_presets()[0]) == [SOFT.name]
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path, monkeypatch):

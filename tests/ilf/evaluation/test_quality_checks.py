@@ -3,8 +3,8 @@
 import numpy as np
 
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.quality.checks import find_places
 from ilf.evaluation.quality.places import KINDS
-from ilf.evaluation.quality.ranking import find_places
 
 HEIGHT, WIDTH = 90, 120
 

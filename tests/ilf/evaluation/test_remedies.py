@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ilf.data.frame import RGBDFrame
+from ilf.evaluation.quality.checks import find_places, propagated_places
 from ilf.evaluation.quality.places import Place, ignore, without_ignored
-from ilf.evaluation.quality.ranking import find_places, propagated_places
 from ilf.evaluation.quality.remedies import REMEDIES, Remedy, find_remedy
 
 from .test_quality_checks import HEIGHT, NOWHERE, WIDTH, edge_at, frame_of, halves, holed, only_place, two_walls

@@ -659,7 +659,6 @@ DIALOGS = {
     "OpenDialog": "Open",
     "ProblemBox": "Open",
     "PropagateDialog": "Propagate Blocks of",
-    "RecoveryDialog": "Restore Unsaved Work",
     "SavePresetDialog": "Save Preset",
     "ShortcutsDialog": "Keyboard shortcuts",
 }
