@@ -24,7 +24,7 @@ from ..views.view_data import Before, Spectrum
 from ..widgets.notices import error_text
 from .context import Context, Feature
 from .frame_list.feature import FramesFeature
-from .sequence.flicker import moment_reader
+from .sequence.moment import moment_reader
 
 _BANDS_SHOWN = 3.0
 """Shown extent of the spectrum, as a multiple of the pass band."""

@@ -63,8 +63,9 @@ def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
     return "" if the user cancels."""
     path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
     kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
-    if path and not Path(path).suffix and "*" in kind:
-        path += kind.split("*", 1)[1].rstrip(")")
+    suffix = kind.partition("*")[2].rstrip(")")  # none of "Folder (*)"
+    if path and not Path(path).suffix and suffix:
+        path += suffix
         if Path(path).exists():  # the dialog has asked about the name without the suffix: it asks about the whole one
             return ask_path(window, title, path, kinds)
     return path

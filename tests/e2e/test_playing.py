@@ -1,5 +1,6 @@
 """Playing the frames of a sequence, and the view of flicker."""
 
+import threading
 import time
 from contextlib import closing
 from functools import partial
@@ -8,11 +9,11 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.sequence.flicker import Moment, written_depth
+from gui.features.sequence.moment import Moment, written_depth
 from gui.features.sequence.playing import Playback, PlayFeature, frames_from, play
 from gui.features.status import StatusFeature
 from ilf.data.presets import preset
@@ -142,6 +143,46 @@ def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out
     assert workspace.current.id == workspace.entries[0].id
 
 
+def test_playing_is_turned_off_and_on_while_a_frame_is_still_read(listed, qtbot, monkeypatch):
+    window, feature, gate = listed, listed.feature(PlayFeature), threading.Event()
+    play = window.actions_["play_frames"]
+
+    def late(entry, *_):
+        def read():
+            gate.wait(5.0)
+            return Moment(entry.name, None, entry.document.frame, None)
+
+        return read
+
+    monkeypatch.setattr("gui.features.sequence.playing.moment_reader", late)
+    feature.worker._patience.setInterval(5000)
+    play.trigger()
+    for on in (False, True, False, True):
+        qtbot.waitUntil(play.isEnabled)
+        play.trigger()
+        assert play.isChecked() is on
+    gate.set()
+    qtbot.waitUntil(lambda: not feature.playing)
+    _settle(window, qtbot)
+
+
+def test_a_file_for_recording_that_is_chosen_after_playing_has_ended_is_asked_for_once(
+    listed, qtbot, monkeypatch, tmp_path
+):
+    feature, asked = listed.feature(PlayFeature), []
+
+    def choose(*_):
+        asked.append(1)
+        qtbot.waitUntil(lambda: not feature.playing)
+        return str(tmp_path / "out.mcap"), ""
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", choose)
+    listed.actions_["play_frames"].trigger()
+    listed.actions_["play_recorded"].trigger()
+    assert asked == [1]
+    assert listed.actions_["play_recorded"].isChecked(), "the next frames that are played are recorded"
+
+
 def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     window, workspace, feature = listed, listed.workspace, listed.feature(PlayFeature)
     first, actions = workspace.current, window.actions_
@@ -239,7 +280,8 @@ def test_a_loop_over_frames_that_cannot_be_read_ends():
         raise InputError("It cannot be read.")
 
     playback = Playback(loop=True)
-    assert not [*play(frames_from(2 * [read], 0, playback), playback, preset(), 2)]
+    with pytest.raises(InputError, match="It cannot be read"):
+        next(play(frames_from(2 * [read], 0, playback), playback, preset(), 2))
 
 
 def test_the_list_takes_frames_out_and_notes_by_keys(listed, qtbot):

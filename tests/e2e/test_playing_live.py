@@ -132,10 +132,36 @@ def test_a_frame_of_a_camera_is_written_also_when_the_window_closes_and_not_if_t
     assert (tmp_path / "kept").exists()
 
 
-def _camera(frame):
-    from gui.features.sequence.live import _readable
+def test_why_no_frame_can_be_played_is_told(window, qtbot, monkeypatch, tmp_path):
+    told = []
+    window.notes.reported.connect(told.append)
+    folder = write_aligned(tmp_path, "mcap", frames=2)
 
-    yield from _readable("camera", [lambda: frame])
+    def fail(*_):
+        raise InputError("It is wet. Dry it.")
+
+    monkeypatch.setattr("gui.features.sequence.live.read_frame", fail)
+    assert _played(window, qtbot, folder, 10.0) == []
+    assert "It is wet. Dry it." in told[-1]
+
+
+def test_playing_live_leaves_no_setting_and_closing_the_window_no_empty_file(
+    window, qtbot, small_frame, monkeypatch, tmp_path, answers
+):
+    monkeypatch.setattr("gui.features.sequence.live._captured", lambda: _camera(small_frame))
+    _played(window, qtbot, None, 10.0)
+    assert not window.actions_["play_completed"].isChecked()
+    answers.append(str(tmp_path / "out.mcap"))
+    window.actions_["play_recorded"].trigger()
+    assert (tmp_path / "out.mcap").exists()
+    window.close()
+    assert not (tmp_path / "out.mcap").exists()
+
+
+def _camera(frame):
+    from gui.features.sequence.live import _moments
+
+    yield from _moments("camera", [lambda: frame])
 
 
 def test_the_menu_plays_a_recording_a_folder_or_a_camera(another, tmp_path, monkeypatch):

@@ -124,6 +124,15 @@ def test_the_list_is_written_with_its_errors_though_the_panel_is_closed(opened, 
     assert float(line["expected_error_rms [mm]"]) > 0
 
 
+def test_the_list_is_written_as_it_was_when_that_was_asked_for(opened, qtbot, run_all, tmp_path):
+    panel, document = opened.feature(RunsPanel), opened.workspace.current
+    run_all(opened)
+    panel.export(str(tmp_path / "runs.csv"))
+    document.delete_runs(list(document.state.runs))
+    qtbot.waitUntil((tmp_path / "runs.csv").exists)
+    assert len((tmp_path / "runs.csv").read_text().splitlines()) == 2
+
+
 @pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
 def test_no_column_is_cut_at_the_usual_width(opened, part, qtbot, run_all, size):
     opened.resize(*size)

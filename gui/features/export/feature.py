@@ -47,7 +47,7 @@ from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
 from ..panel import Panel
-from ..sequence.flicker import written_depth
+from ..sequence.moment import written_depth
 from ..sequence.playing import PlayFeature
 from ..status import StatusFeature
 from .files import FilesForm, check

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -221,9 +222,10 @@ class RunsPanel(Panel):
             self.export(path)
 
     def export(self, path: str) -> None:
-        """Write the list of runs as CSV once its errors are computed."""
+        """Write the list of runs, as it is now, as CSV once its errors are computed."""
         document = self.context.workspace.current
-        self._measure(document, True, lambda: save(self.context.notes, path, lambda: write_runs(path, document)))
+        write = partial(write_runs, path, document, document.state.runs)
+        self._measure(document, True, lambda: save(self.context.notes, path, write))
 
     # the selection
 
@@ -261,8 +263,8 @@ class RunsPanel(Panel):
 # The list as a file.
 
 
-def write_runs(path: str | os.PathLike[str], document: Document) -> None:
-    """Write the runs of a frame as CSV, one per line, at least one: the columns of the table, and all common
+def write_runs(path: str | os.PathLike[str], document: Document, runs: Sequence[StoredRun]) -> None:
+    """Write some runs of a frame as CSV, one per line, at least one: the columns of the table, and all common
     parameters that have an effect.
 
     Raises
@@ -270,7 +272,7 @@ def write_runs(path: str | os.PathLike[str], document: Document) -> None:
     ExportError
         If the file cannot be written; an existing file is not changed.
     """
-    lines = [_line(document, stored) for stored in reversed(document.state.runs)]
+    lines = [_line(document, stored) for stored in reversed(runs)]
     write_csv(path, [lines[0], *(line.values() for line in lines)])
 
 

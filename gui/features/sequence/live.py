@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable
-from contextlib import closing, suppress
+from contextlib import closing
 from functools import partial
 from itertools import chain
 
@@ -19,7 +19,7 @@ from ilf.sources.source import Source
 from ilf.stream.pacing import USUAL_RATE, rate_of
 from ilf.stream.recording import StreamRecorder
 
-from .flicker import Due, Moment
+from .moment import Due, Moment
 
 
 def live_frames(path: str | None) -> tuple[float, Generator[Due, None, None]]:
@@ -35,21 +35,28 @@ def live_frames(path: str | None) -> tuple[float, Generator[Due, None, None]]:
         return USUAL_RATE, _captured()
     source = Source(path)
     readers = (partial(read_frame, source.ref(key)) for key in source.keys)
-    return rate_of(source.timestamps or ()), _readable(path, readers)
+    return rate_of(source.timestamps or ()), _moments(path, readers)
 
 
 def _captured() -> Generator[Due, None, None]:
     """The frames of the connected camera; the first must be valid."""
     with closing(camera_pairs()) as pairs:
         first = register(next(pairs))
-        yield from _readable("RealSense camera", chain([lambda: first], (partial(register, pair) for pair in pairs)))
+        yield from _moments("RealSense camera", chain([lambda: first], (partial(register, pair) for pair in pairs)))
 
 
-def _readable(place: str, readers: Iterable[Callable[[], RGBDFrame]]) -> Generator[Due, None, None]:
-    """The frames that can be read; one without any depth, for example, is left out."""
+def _moments(place: str, readers: Iterable[Callable[[], RGBDFrame]]) -> Generator[Due, None, None]:
+    """The frames, read as they come; what is yielded for one that cannot be read raises its error."""
+
+    def fail(error: IlfError) -> Moment:
+        raise error
+
     for row, read in enumerate(readers):
-        with suppress(IlfError):
+        try:
             frame = read()
+        except IlfError as error:
+            yield row, partial(fail, error)
+        else:
             yield row, partial(Moment, frame.name, place, frame, None)
 
 

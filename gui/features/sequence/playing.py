@@ -14,7 +14,6 @@ from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from ilf._runtime.cancellation import acquired
@@ -36,14 +35,14 @@ from ...state.parts import Part
 from ...views.view_data import Before, Depth
 from ...widgets.basics import command_button, lay_out, menu_button
 from ...widgets.file_choice import ask_path, choose_file, choose_folder
-from ...work.jobs import Order, Worker
+from ...work.jobs import Make, Order, Worker
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
 from ..frame_list.feature import FramesFeature
 from ..status import StatusFeature
-from .flicker import Due, Moment, moment_reader
+from .moment import Due, Moment, moment_reader
 
 if TYPE_CHECKING:
     from .live import MomentRecorder
@@ -127,8 +126,14 @@ def play(
         Of the filter, to complete frames.
     count : int
         Playing ends after so many frames in a row that cannot be read; never for 0.
+
+    Raises
+    ------
+    IlfError
+        Why the last frame cannot be read, if none can.
     """
     before, shown, left_out, unreadable, failed = None, 0, 0, 0, 0
+    problem: IlfError | None = None
     with (
         acquired(_playing),
         closing(frames),
@@ -142,10 +147,10 @@ def play(
                 if playback.completes and moment.depth is None:
                     depth = stream.complete(moment.frame).depth
                     moment = replace(moment, depth=depth, text="completed as it plays")
-            except IlfError:
-                unreadable, failed = unreadable + 1, failed + 1
+            except IlfError as error:
+                unreadable, failed, problem = unreadable + 1, failed + 1, error
                 if failed == count:
-                    return
+                    break
             else:
                 before = before if row > shown else None  # the first one again
                 change = moment.since(before, row - shown) if playback.flickers else Before()
@@ -153,6 +158,8 @@ def play(
                 recorded = 0 if recorder is None else recorder.write(moment)
                 yield PlayedFrame(row, moment, change, left_out, unreadable, recorded, stream.statistics)
                 before, shown, failed = moment, row, 0
+        if before is None and problem is not None:
+            raise problem
 
 
 def frames_from(readers: Sequence[Callable[[], Moment]], row: int, playback: Playback) -> Generator[Due, None, None]:
@@ -198,8 +205,9 @@ class PlayFeature(Feature):
         context.actions["speed_normal"].setChecked(True)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
-        self.worker.finished.connect(lambda _: self._end())
+        self.worker.finished.connect(lambda _: self._on.setChecked(False))
         self.worker.failed.connect(self._fail)
+        self.worker.cancelled.connect(self._start)
         self.playback = Playback()
         self.written: dict[str, Callable[[], Depth | None]] = {}
         """Id of a frame -> what reads its depth in the latest export of this window that completed it from its
@@ -212,6 +220,10 @@ class PlayFeature(Feature):
         """What is played of the list; nothing if it is played live."""
         self._live: tuple[str | None, float | None] | None = None
         """The recording or folder that is played live, None for the camera, and the rate that was given."""
+        self._job: Make | None = None
+        """What waits for the end of what was played before."""
+        self._completed = False
+        """Whether the list was completed while playing before frames were played live."""
         self._left: Document | None = None
         """The frame that was open before."""
         self._opening = False
@@ -220,18 +232,21 @@ class PlayFeature(Feature):
         """The place that the views show when playing ends."""
         self._clock = deque[float](maxlen=_RECENT)
         self._saver = LatestRequest(self, must_finish=True)
+        self.bar = self._make_bar()
+        context.centre.add_before(self._frames.bar, self.bar)
+        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
+        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
+        self._listen()
+
+    def _listen(self) -> None:
+        """Follow the frames and what the user does elsewhere."""
+        context, entries = self.context, self.context.workspace.entries
         context.loader.listed.connect(self._note_times)
-        workspace = context.workspace
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
-        self.bar = self._make_bar()
-        context.centre.add_before(self._frames.bar, self.bar)
-        entries = workspace.entries
         self._on.toggled.connect(lambda _: context.refresh.mark("play bar"))
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1 or self.playing), Part.LIST)
-        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
-        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
 
     def _make_bar(self) -> QWidget:
         """Return the buttons beside the film strip, play and a menu of what belongs to it, which is in the menu bar,
@@ -311,7 +326,9 @@ class PlayFeature(Feature):
             Frames a second; those of its timestamps if left out, or 10 without any.
         """
         self._on.setChecked(False)
-        self.context.actions["play_completed"].setChecked(True)
+        completed = self.context.actions["play_completed"]
+        self._completed = completed.isChecked()
+        completed.setChecked(True)
         self._live = path, rate
         self._on.setChecked(True)
 
@@ -347,6 +364,7 @@ class PlayFeature(Feature):
         workspace, playback = self.context.workspace, self.playback
         frames = self._from_list() if self._live is None else self._from_source(*self._live)
         parameters, count = workspace.parameters.current, len(self._entries)
+        self._job = lambda: play(frames(), playback, parameters, count)
         self.shown, self._left = None, workspace.current if workspace.has_current else None
         self._clock.clear()
         self.context.centre.show_images()
@@ -354,15 +372,13 @@ class PlayFeature(Feature):
         workspace.show(None)
         self._status.show_playing("Reading the first frame\N{HORIZONTAL ELLIPSIS}")
         self.context.actions.refresh()
+        self._start()
 
-        def start() -> None:
-            if self.playing:
-                self.worker.start(lambda: play(frames(), playback, parameters, count), paused=True)
-
-        if self.worker.busy:  # the former one still ends
-            self.worker.cancelled.connect(start, Qt.ConnectionType.SingleShotConnection)
-        else:
-            start()
+    def _start(self) -> None:
+        """Play what waits, once what was played before has ended."""
+        if self._job is not None and not self.worker.busy:
+            job, self._job = self._job, None
+            self.worker.start(job, paused=True)
 
     def _from_list(self) -> Callable[[], Generator[Due, None, None]]:
         """Return what gives the frames of the list from the current one on; after the last, from the first."""
@@ -388,9 +404,13 @@ class PlayFeature(Feature):
 
     def _pause(self) -> None:
         """Open the frame shown."""
+        self._job = None
         self.worker.cancel()
-        self.context.actions["play_recorded"].setChecked(False)
+        if self.playback.recorder is not None:  # else its file may just be asked for
+            self.context.actions["play_recorded"].setChecked(False)
         self._status.show_playing("")
+        if self._live is not None:
+            self.context.actions["play_completed"].setChecked(self._completed)
         self._live = None
         if self.context.workspace.has_current:
             return
@@ -474,15 +494,14 @@ class PlayFeature(Feature):
         place = f" ({shown.row + 1} of {len(self._entries)})" if self._entries else ""
         return f"{shown.moment.name}{place}: {', '.join(parts)}"
 
-    def _end(self) -> None:
-        """Open the last frame."""
-        if self.shown is None:
-            self.context.notes.show_message("None of the frames can be read.")
-        self._on.setChecked(False)
-
     def _fail(self, error: Exception) -> None:
         self.context.notes.report("Play", error)
         self._on.setChecked(False)
+
+    def shutdown(self) -> None:
+        """End the recording: its file is complete, and removed if nothing was recorded."""
+        if self.playback.recorder is not None:
+            self.playback.recorder.close()
 
     def _set_speed(self, speed: float | None) -> None:
         self.playback.speed = speed

@@ -275,7 +275,7 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
         note = 'a, "b"' if number == 1 else "=1+1"
         document.keep_run(stored_run(document, number, parameters, note=note, ground_truth_error=0.0123))
     path = tmp_path / "runs.csv"
-    write_runs(path, document)
+    write_runs(path, document, document.state.runs)
     with path.open(newline="") as file:
         second, first = csv.DictReader(file)
     assert (first["name"], first["note"], first["rmse_truth [mm]"], first["rmse_hold_out [mm]"]) == (
@@ -292,4 +292,4 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
     with pytest.raises(ExportError, match="no such file or folder"):
-        write_runs(tmp_path / "none" / "runs.csv", document)
+        write_runs(tmp_path / "none" / "runs.csv", document, document.state.runs)

@@ -23,3 +23,9 @@ def test_the_dialog_asks_about_the_whole_name_of_a_file_that_is_there(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", choose)
     assert ask_path(None, "Export", "runs.csv", "Table (*.csv)") == str(tmp_path / written)
     assert proposed[1:] == [str(tmp_path / written)] * asked_again
+
+
+def test_a_folder_may_be_there_and_gets_no_suffix(tmp_path, monkeypatch):
+    answers = [(str(tmp_path), "Folder (*)")]
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: answers.pop())
+    assert ask_path(None, "Record", "recording.mcap", "ROS 2 recording (*.mcap);;Folder (*)") == str(tmp_path)
