@@ -78,7 +78,7 @@ def test_writers_take_path_and_value_in_either_order(completion, small_frame, tm
         (lambda frame: ilf.load_frame(frame.rgb, frame.depth), "files, not ndarray"),
         (lambda frame: ilf.load_frame(None), "files, not NoneType"),
         (lambda frame: ilf.open_source(None), "path, not NoneType"),
-        (lambda frame: ilf.preset(3), "name or file, not int"),
+        (lambda frame: ilf.preset(3), "or file, not 3"),
         (lambda frame: ilf.save_preset(ilf.preset(), "soft"), "parameters, not str"),
         (lambda frame: ilf.Camera(*CAMERA, model="omni"), "model must be pinhole or fisheye, not 'omni'"),
         (lambda frame: ilf.Camera(*CAMERA).shape, "not known. Give it as size"),
