@@ -229,16 +229,13 @@ def _pose(how: str, pose: ArrayLike | None, before: RGBDFrame, after: RGBDFrame)
     """The pose as a matrix; None if there is none and none is required."""
     if how in ("copied", "flow"):
         return None
-    if pose is None:
-        if how == "pose":
-            raise InputError("Propagation by pose needs the camera's motion as a 4 x 4 matrix.")
-        return None
-    matrix = checked_transform(pose, "A pose")
-    if before.intrinsics is None or after.intrinsics is None:
-        if how == "pose":
-            raise InputError("Propagation by pose needs the camera intrinsics of both frames.")
-        return None
-    return matrix
+    matrix = None if pose is None else checked_transform(pose, "A pose")
+    has_cameras = before.intrinsics is not None and after.intrinsics is not None
+    if how == "pose" and matrix is None:
+        raise InputError("Propagation by pose needs the camera's motion as a 4 x 4 matrix.")
+    if how == "pose" and not has_cameras:
+        raise InputError("Propagation by pose needs the camera intrinsics of both frames.")
+    return matrix if has_cameras else None
 
 
 def _copied(labels: NDArray[np.int32], drawn: Mask | None, moved: Mask) -> Followed:
