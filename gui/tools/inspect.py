@@ -55,7 +55,9 @@ class MeasureTool(Tool):
         drags = press.follow(event)
         if drags and self._held is None:
             if self._start is None:
+                self._press = None  # a refused start ends the drag
                 self._click(clamped(press.point, host.document.frame.shape), host)
+                self._press = press
             self._hover(event, host)
         elif drags and self._held is not None:
             number, end = self._held

@@ -119,8 +119,10 @@ def test_a_drag_makes_a_measurement(host):
     user.drag([(3, 3), (9, 3), (20, 3)])
     assert measured(host) == [((3.5, 3.5), (20.5, 3.5))]
     assert host.preview is None
-    user.drag([(12, 15), (40, 5)])  # a press without depth
+    user.drag([(12, 15), (30, 5), (40, 5)])  # a press without depth
+    assert len(host.said) == 1
     assert "no depth at x 12, y 15" in host.said[0]
+    assert not user.tool.busy
     user.drag([(5, 40), (40, 5)], release=False)
     user.tool.cancel(host)
     assert not user.tool.busy
