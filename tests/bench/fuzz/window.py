@@ -57,7 +57,7 @@ def read_settings(path: Path) -> None:
     recent = RecentMenu(True, print, None)
     recent.aboutToShow.emit()
     layouts = LayoutStore(True)
-    for name in (*layouts.changed, *(layout.name for layout in layouts.own)):
+    for name in (*layouts.changed, *layouts.own):
         left = layouts.left(name)
         window.panels.take(left.panels, left.places)
     window.panels.size_window()
