@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 from gui.app.main_window import MainWindow
 from gui.features.documents.recent import RecentMenu
 from gui.features.export.files import stored_options
-from gui.features.layouts import Arrangement, LayoutStore
+from gui.features.layouts import Arrangement, LayoutStore, NamedArrangement
 from gui.features.palette import CommandPalette
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
@@ -33,7 +33,7 @@ def settings(folder: Path) -> list[bytes]:
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())
     layouts = LayoutStore(True)
     layouts.changed["standard"] = arrangement
-    layouts.put("own_1", "Mine", arrangement)
+    layouts.put("own_1", NamedArrangement("Mine", arrangement))
     chosen = QSettings()
     values: dict[str, object] = {
         "window/geometry": window.saveGeometry(),
@@ -57,7 +57,7 @@ def read_settings(path: Path) -> None:
     recent = RecentMenu(True, print, None)
     recent.aboutToShow.emit()
     layouts = LayoutStore(True)
-    for name in (*layouts.changed, *(layout.name for layout in layouts.own)):
+    for name in (*layouts.changed, *layouts.own):
         left = layouts.left(name)
         window.panels.take(left.panels, left.places)
     window.panels.size_window()
