@@ -49,6 +49,7 @@ from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder, 
 from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.notices import DESTROY, ask, error_text
 from ...work.jobs import spare_cores
+from ...work.steps import Steps, in_steps
 from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
@@ -376,21 +377,17 @@ class ExportFeature(Panel):
 
     # the export
 
-    def begin_export(self, export: Export) -> None:
+    @in_steps
+    def begin_export(self, export: Export) -> Steps[None]:
         """Start an export; ask first if it would replace files."""
-
-        def accept() -> None:
-            self.remember(export)
-            self.start(export)
-
-        replaced = self._replaced(export)
-        if not replaced:
-            accept()
-            return
-        more = ", ".join(replaced[:_MAX_NAMED])
-        more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
-        text = f"{export.folder} has files of an earlier export. Replace them?"
-        ask(self.widget, "Replace files?", text, f"{more}.", (("&Replace", DESTROY, accept),))
+        if replaced := self._replaced(export):
+            more = ", ".join(replaced[:_MAX_NAMED])
+            more += f" and {len(replaced) - _MAX_NAMED} more" * (len(replaced) > _MAX_NAMED)
+            text = f"{export.folder} has files of an earlier export. Replace them?"
+            if not (yield partial(ask, self.widget, "Replace files?", text, f"{more}.", [("&Replace", DESTROY)])):
+                return
+        self.remember(export)
+        self.start(export)
 
     def _replaced(self, export: Export) -> list[str]:
         """Return the files that there are already, relative to the folder. A batch skips what is complete."""
