@@ -36,6 +36,7 @@ from ..base.commands import command, commands_of
 from ..widgets.basics import Themed, answers, label_of, lay_out, menu_button, open_once
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from ..widgets.notices import DESTROY, ask
+from ..work.steps import Steps, in_steps
 from .context import Context
 
 # The dialog that saves parameters as a preset of the user.
@@ -183,12 +184,13 @@ class PresetBox(Themed, QWidget):
             self._change("Rename preset", rename, f"Preset {old} renamed to {new}.", new)
 
     @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
-    def ask_delete(self) -> None:
+    @in_steps
+    def ask_delete(self) -> Steps[None]:
         """Delete the selected preset of your own; parameters that were set from it stay."""
         name = self.present
         text, more = f"Delete the preset {name}?", "Its file is deleted, too. This cannot be undone."
-        delete = partial(self._change, "Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
-        ask(self._context.window, "Delete preset", text, more, (("&Delete", DESTROY, delete),))
+        if (yield partial(ask, self._context.window, "Delete preset", text, more, [("&Delete", DESTROY)])):
+            self._change("Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
 
     @command("import_preset", "&Import preset…", icon="ph.download-simple")
     def ask_import(self) -> None:
@@ -225,13 +227,16 @@ class PresetBox(Themed, QWidget):
                 f"{name} also sets the parameters of the extraction: extract blocks to use them."
             )
 
-    def _change(self, what: str, change: Callable[[], object], text: str, chosen: str = "", replaces: str = "") -> None:
+    @in_steps
+    def _change(
+        self, what: str, change: Callable[[], object], text: str, chosen: str = "", replaces: str = ""
+    ) -> Steps[None]:
         """Change the user's presets, and say so, or why that failed; ask first if one is replaced."""
         if replaces in self._own:
             question = f"A preset {replaces} exists already. Replace it?"
-            replace = partial(self._change, what, change, text, chosen)
-            ask(self._context.window, what, question, "This cannot be undone.", (("&Replace", DESTROY, replace),))
-            return
+            answers = [("&Replace", DESTROY)]
+            if not (yield partial(ask, self._context.window, what, question, "This cannot be undone.", answers)):
+                return
         try:
             change()
         except IlfError as error:

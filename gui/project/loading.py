@@ -338,21 +338,22 @@ class FrameLoader(QObject):
         self._notes.show_message(" ".join(filter(None, (text, *notes))))
 
 
+@in_steps
 def ask_allowed(
     window: QWidget, error: NotAllowed, yes: Callable[[], object], no: Callable[[], object] = lambda: None
-) -> None:
+) -> Steps[None]:
     """Ask whether to open places that a file names; call `yes` after they were noted as opened by the user."""
-
-    def agree() -> None:
-        note_opened(*error.places, beside=True)
-        yes()
 
     places = "\n".join(map(one_line, error.places))
     text = f"A file names this outside its own folder, which was never opened here:\n{places}"
     more = (
         "Open it, and files beside it that are named, only if you trust the file: opening may contact another computer."
     )
-    ask(window, "Open what a file names?", text, more, (("&Open", ACCEPT, agree),), otherwise=no)
+    if (yield partial(ask, window, "Open what a file names?", text, more, [("&Open", ACCEPT)])):
+        note_opened(*error.places, beside=True)
+        yes()
+    else:
+        no()
 
 
 def _describe_kept(locked: int, by_hand: int, all_kept: bool) -> str:

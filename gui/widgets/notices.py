@@ -5,8 +5,6 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Sequence
 from datetime import datetime
-from functools import partial
-from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
@@ -68,9 +66,6 @@ def show_icon(box: QMessageBox, icon: QMessageBox.Icon) -> None:
     box.setIconPixmap(theme.icon(name, box.palette(), tone).pixmap(_ICON_SIZE))
 
 
-Answer = tuple[str, QMessageBox.ButtonRole, Callable[[], object]]
-"""A button of a question, its role, and what it does."""
-
 DESTROY, ACCEPT = QMessageBox.ButtonRole.DestructiveRole, QMessageBox.ButtonRole.AcceptRole
 
 
@@ -79,25 +74,24 @@ def ask(
     title: str,
     text: str,
     more: str,
-    answers: Sequence[Answer],
+    answers: Sequence[tuple[str, QMessageBox.ButtonRole]],
+    take: Callable[[str], object],
     *,
     default: int = -1,
-    otherwise: Callable[[], object] = lambda: None,
     icon: QMessageBox.Icon = QMessageBox.Icon.Warning,
     cancel: str = "Cancel",
 ) -> None:
-    """Ask a question in plain text without blocking.
+    """Ask a question in plain text without blocking, and call `take` with the text of the answer, "" for *Cancel*.
 
     Parameters
     ----------
     title, text, more : str
         Title of the box, the question, and a sentence below it.
-    answers : sequence of Answer
+    answers : sequence of (str, ButtonRole)
         *Cancel*, or another text, is added to them.
+    take : callable
     default : int
         Position of the default answer; -1 for *Cancel*.
-    otherwise : callable
-        Called if the user cancels.
     """
     box = QMessageBox(parent)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -106,35 +100,17 @@ def ask(
     box.setWindowTitle(title)
     box.setText(text)
     box.setInformativeText(more)
-    buttons = [box.addButton(name, role) for name, role, _ in answers]
+    buttons = [box.addButton(name, role) for name, role in answers]
     buttons.append(box.addButton(QMessageBox.StandardButton.Cancel))
     buttons[-1].setText(cancel)
     box.setDefaultButton(buttons[default])
 
     def answer() -> None:
         clicked = box.clickedButton()
-        done = next((do for button, (_, _, do) in zip(buttons, answers, strict=False) if button is clicked), otherwise)
-        done()
+        take(next((name for button, (name, _) in zip(buttons, answers, strict=False) if button is clicked), ""))
 
     box.finished.connect(lambda _: answer())
     box.open()
-
-
-def question(
-    parent: QWidget,
-    title: str,
-    text: str,
-    more: str,
-    answers: Sequence[tuple[str, QMessageBox.ButtonRole]],
-    **options: Any,
-) -> Callable[[Callable[[str], object]], None]:
-    """Return what asks a question as `ask` does, and calls a function with the text of the answer, "" for *Cancel*."""
-
-    def put(take: Callable[[str], object]) -> None:
-        told = [(name, role, partial(take, name)) for name, role in answers]
-        ask(parent, title, text, more, told, otherwise=partial(take, ""), **options)
-
-    return put
 
 
 def error_text(error: Exception) -> str:

@@ -43,6 +43,7 @@ from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder, 
 from ...widgets.hold_out_choice import HoldOutChoice
 from ...widgets.notices import DESTROY, ask, error_text
 from ...work.jobs import spare_cores
+from ...work.steps import Steps, in_steps
 from ..context import Context
 from ..documents.feature import DocumentsFeature
 from ..frame_list.feature import FramesFeature
@@ -319,19 +320,18 @@ class ExportFeature(Panel):
 
     # the export
 
-    def begin_export(self, export: Export) -> None:
+    @in_steps
+    def begin_export(self, export: Export) -> Steps[None]:
         """Start an export, and remember its files; ask first if it would replace files."""
-
-        def accept() -> None:
-            if export.options.filenames():
-                self.files.store()
-            self.start(export)
-
         if replaced := self._replaced(export):
             text = f"{export.folder} has files of an earlier export. Replace them?"
-            ask(self.widget, "Replace files?", text, f"{some(replaced)}.", (("&Replace", DESTROY, accept),))
-        else:
-            accept()
+            if not (
+                yield partial(ask, self.widget, "Replace files?", text, f"{some(replaced)}.", [("&Replace", DESTROY)])
+            ):
+                return
+        if export.options.filenames():
+            self.files.store()
+        self.start(export)
 
     def _replaced(self, export: Export) -> list[str]:
         """Return the files that there are already, relative to the folder. A batch skips what is complete."""

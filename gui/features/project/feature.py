@@ -24,7 +24,7 @@ from ...base.paths import PROJECT_SUFFIX
 from ...state.entries import Entry
 from ...state.parts import Part
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
-from ...widgets.notices import ACCEPT, DESTROY, ask, question
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ...work.steps import Steps, go_on, in_steps
 from ..context import Context, Feature
 from .opening import Opening
@@ -129,7 +129,8 @@ class ProjectFeature(Feature):
         entry.set_unsaved(False)
         entry.set_summary(summary)
 
-    def ask_remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> None:
+    @in_steps
+    def ask_remove(self, entries: Sequence[Entry], then: Callable[[], None]) -> Steps[None]:
         """Call `then` if frames may be removed from the project: at once if there is no work on them."""
         stored = self.context.recorder.store.project
         kept = set() if stored is None else set(stored.names())
@@ -138,13 +139,14 @@ class ProjectFeature(Feature):
             for entry in entries
             if entry.unsaved or entry.document in self.context.runs.running or frame_part(entry.id) in kept
         ]
-        if self.discard_silently or not worked:
-            then()
-            return
-        names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
-        text = f"The work on {names} is removed, too. This cannot be undone."
-        more = "The project file keeps it until the project is saved the next time."
-        ask(self.context.window, "Remove from the project?", text, more, [("&Remove", DESTROY, then)])
+        if worked and not self.discard_silently:
+            names = worked[0] if len(worked) == 1 else f"{len(worked)} frames"
+            text = f"The work on {names} is removed, too. This cannot be undone."
+            more = "The project file keeps it until the project is saved the next time."
+            answers = [("&Remove", DESTROY)]
+            if not (yield partial(ask, self.context.window, "Remove from the project?", text, more, answers)):
+                return
+        then()
 
     def left(self, what: str, only: Entry | None = None) -> Steps[bool]:
         """Return whether a frame, or all with the project, may be closed, after asking about unsaved work. `what` is
@@ -193,7 +195,7 @@ class ProjectFeature(Feature):
                 text = f"{place.name} is not of the folder whose project is {self.present.name}."
                 more, title = "A new project closes its frames first.", "Add to the project?"
                 answers = ("&Add to it", ACCEPT), (_NEW, ACCEPT)
-                answer = yield question(self.context.window, title, text, more, answers, default=1, icon=_QUESTION)
+                answer = yield partial(ask, self.context.window, title, text, more, answers, default=1, icon=_QUESTION)
                 if not answer or (answer == _NEW and not (yield from self.left("a new project is started"))):
                     return
                 if answer == _NEW:
@@ -230,7 +232,7 @@ class ProjectFeature(Feature):
             text = f"Another window or program has changed, moved or deleted {path.name}."
             more = "The project as it is in this window takes the place of whatever is there now."
             answers = (_REPLACE, DESTROY), ("Save &as…", ACCEPT)
-            answer = yield question(window, "Replace the project?", text, more, answers, default=1)
+            answer = yield partial(ask, window, "Replace the project?", text, more, answers, default=1)
             if not answer:
                 return False
             elsewhere = answer != _REPLACE
@@ -241,7 +243,9 @@ class ProjectFeature(Feature):
             title, text = "Include the frames' files?", "Include the colour and depth files of all frames?"
             answers = (_INCLUDE, ACCEPT), ("&Leave them out", ACCEPT)
             embedded = any(name.startswith("sources/") for name in self.context.recorder.store.names())
-            answer = yield question(window, title, text, _INCLUDED, answers, default=int(not embedded), icon=_QUESTION)
+            answer = yield partial(
+                ask, window, title, text, _INCLUDED, answers, default=int(not embedded), icon=_QUESTION
+            )
             if not answer:
                 return False
             embed = answer == _INCLUDE

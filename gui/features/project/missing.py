@@ -17,7 +17,7 @@ from ilf.sources.named_places import note_opened
 
 from ...project.current_project import source_of
 from ...state.entries import Entry
-from ...widgets.notices import ACCEPT, error_text, question
+from ...widgets.notices import ACCEPT, ask, error_text
 from ...work.steps import Steps, in_steps
 from ..context import Context
 
@@ -46,7 +46,7 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception) -> Steps[N
     problem = error_text(error)
     while answers and problem:
         text = f"{entry.name} cannot be opened. {problem}"
-        answer = yield question(context.window, title, text, " ".join(remedies), answers)
+        answer = yield partial(ask, context.window, title, text, " ".join(remedies), answers)
         problem = ""
         if answer == _AS_NEW and source is not None:
             context.loader.open_new(source, f"{entry.name} (anew)")

@@ -15,7 +15,7 @@ from ilf.project.file import OpenedProject, open_project
 from ilf.project.recovery import RecoverableWork, copy_frames
 from ilf.sources.named_places import may_look_at, named_in
 
-from ...widgets.notices import ACCEPT, DESTROY, question
+from ...widgets.notices import ACCEPT, DESTROY, ask
 from ...work.steps import Steps
 from ..context import Context
 from .feature import ProjectFeature
@@ -36,9 +36,9 @@ def ask_what_to_do(context: Context, left: RecoverableWork) -> Steps[None]:
     name, answer = _name_of(left), _RESTORE
     answers = [(_RESTORE, ACCEPT)] * (not left.problem) + [(_DISCARD, DESTROY)]
     details = "\n".join((_ABOUT, *([left.problem] if left.problem else _details(left))))
-    ask = partial(question, context.window)
+    window, title = context.window, "Restore Unsaved Work"
     while answer:
-        answer = yield ask("Restore Unsaved Work", f"Unsaved work: {name}", details, answers, cancel="Decide &later")
+        answer = yield partial(ask, window, title, f"Unsaved work: {name}", details, answers, cancel="Decide &later")
         if answer == _RESTORE:
             project = context.feature(ProjectFeature)
             if (yield from project.left(f"{name} is restored")):
@@ -48,7 +48,7 @@ def ask_what_to_do(context: Context, left: RecoverableWork) -> Steps[None]:
                     return
         elif answer:
             text = f"The unsaved work on {name} is deleted permanently."
-            if (yield ask("Discard unsaved work?", text, "", [("&Discard", DESTROY)])):
+            if (yield partial(ask, window, "Discard unsaved work?", text, "", [("&Discard", DESTROY)])):
                 try:
                     left.discard()
                 except OSError as error:
