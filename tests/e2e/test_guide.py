@@ -1,7 +1,7 @@
 """A guide in the window: loaded by the dialog, followed, seen, undone and removed."""
 
 import numpy as np
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QFileDialog, QPushButton
 
 from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
@@ -92,5 +92,6 @@ def test_files_for_a_frame_are_first_looked_for_beside_it(window, qtbot, frame_f
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *asked: starts.append(asked[2]) or ("", ""))
     window.actions_["load_guide"].trigger()
     window.actions_["load_ground_truth"].trigger()
-    window.findChild(GroundTruthDialog).file_button.click()
+    buttons = window.findChild(GroundTruthDialog).findChildren(QPushButton)
+    next(button for button in buttons if button.text() == "File…").click()
     assert starts == [str(frame_folder)] * 2
