@@ -58,7 +58,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
             assert not dialog.export_button.isEnabled()
         return dialog.message.text().replace("\u200b", "")
 
-    monkeypatch.setattr("gui.features.export.feature.ask", lambda *arguments: arguments[-1][0][2]())
+    monkeypatch.setattr("gui.features.export.feature.ask", lambda *asked: asked[-1](asked[-2][0][0]))
     # extracted only: this frame can be reported on, and it is none that has been worked on
     opened.actions_["report"].trigger()
     assert dialog.scope.currentText() == "This frame: two-planes"
