@@ -173,7 +173,8 @@ class FramesPanel(QWidget):
     def picture_of(self, entry: Entry) -> QPixmap | None:
         """Return the thumbnail of an entry; None while it is pending, an empty one if it cannot be made, until its
         files are found elsewhere."""
-        return self.thumbnails.of((entry.id, entry.source), reader_of(entry, self._stored))
+        files = None if entry.source is None else (entry.source.rgb, entry.source.key)
+        return self.thumbnails.of((entry.id, files), reader_of(entry, self._stored))
 
     def set_bar(self, height: int) -> None:
         """Show only a strip of this height [px], no wider than its thumbnails; 0 for rows, with the filter above."""

@@ -15,6 +15,7 @@ from gui.state.entries import Entry
 from gui.work.jobs import stop_workers
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.reading_options import ReadingOptions
 from tests.gui.naming import unnamed
 
 SUMMARIES = {
@@ -171,8 +172,10 @@ def test_thumbnails_come_from_files_from_the_store_and_fail_quietly(tmp_path, qt
         (np.full((60, 80, 3), 0, np.uint8) + np.array(colour, np.uint8)) for colour in ((0, 0, 255), (0, 255, 0))
     )
     cv2.imwrite(str(tmp_path / "rgb.png"), red)
+    stated = ReadingOptions(intrinsics={"fx": 50.0, "fy": 50.0, "cx": 40.0, "cy": 30.0})  # as data sets state it
     of_file, of_store, broken = (
-        Entry.of(FrameRef(str(tmp_path / name), "depth.png")) for name in ("rgb.png", "rgb.png", "gone.png")
+        Entry.of(FrameRef(str(tmp_path / name), "depth.png", options=stated))
+        for name in ("rgb.png", "rgb.png", "gone.png")
     )
     jpeg = cv2.imencode(".jpg", green)[1].tobytes()
     panel = FramesPanel(lambda id: jpeg if id == of_store.id else None)
