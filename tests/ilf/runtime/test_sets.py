@@ -1,5 +1,6 @@
 """Sets of files: all or none, also when the process that writes them dies half way."""
 
+import gc
 import os
 import signal
 import warnings
@@ -34,6 +35,7 @@ def die_in_the_middle(target, moves, after_them=False):
         warnings.simplefilter("ignore", DeprecationWarning)  # other threads do nothing that the child needs
         child = os.fork()
     if child == 0:
+        gc.disable()  # objects of Qt, of tests before, cannot be collected in a copy of the process
         try:
             _write_and_die(target, moves, after_them)
         finally:
