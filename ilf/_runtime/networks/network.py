@@ -122,7 +122,8 @@ class OnnxNetwork:
         if sha256 in _bundled():
             return cls(Session(content), path, sha256)
         if _IN_OTHER_FILE.search(content.data):
-            raise FormatError(f"{path.name} reads weights from other files: not allowed. Export it as one file.")
+            problem = "reads weights from other files, or names something 'location' as such weights are named"
+            raise FormatError(f"{path.name} {problem}: not allowed. Export it as one file, without that name.")
         return cls(SessionInChild(content, path.name, sha256, unreadable), path, sha256)
 
     def _forward(self, inputs: dict[str, NDArray[np.float32]]) -> list[NDArray[np.float32]]:
