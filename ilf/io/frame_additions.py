@@ -116,9 +116,12 @@ def ground_truth_of(
     frame: RGBDFrame, path: FileSource, units: float | None = None, dataset: str | None = None
 ) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
     """What `read_ground_truth` gives, in the pixels of a frame; integers are in the units of its depth by default."""
-    usual, invalid = (None, None) if frame.inputs is None else (frame.inputs.depth_units, frame.inputs.invalid)
+    inputs = frame.inputs
+    usual, invalid = (None, None) if inputs is None else (inputs.depth_units, inputs.invalid)
     ground_truth, file, note = read_ground_truth(path, frame.shape, units, usual, invalid, dataset)
-    return undistorted(ground_truth, frame), file, note
+    if inputs is not None and inputs.lenses is not None:
+        ground_truth = undistorted(ground_truth, frame)
+    return ground_truth, file, note
 
 
 def read_ground_truth(

@@ -22,12 +22,11 @@ from ..io.depth import read_depth_values
 from ..io.depth_reading import decoded
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import ground_truth_of
-from ..io.images import read_colour, turned
-from ..io.orientation import AS_STORED
+from ..io.images import AS_STORED, read_colour, turned
+from ..sources.frame_folder import camera_pose
 from ..sources.frame_ref import FrameRef
 from ..sources.named_places import first_allowed, may_look_at, named_in, note_opened
 from ..sources.read_images import frame_of_images, read_recorded
-from ..sources.trajectories import camera_pose
 from .archive import Parts
 
 SOURCES = "sources/"
