@@ -18,8 +18,7 @@ from .._runtime.files import FileContent, file_sha256, is_address, read_file
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
-from ..io.depth import read_depth_values
-from ..io.depth_reading import decoded
+from ..io.depth import decoded, read_depth_values
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import ground_truth_of
 from ..io.images import AS_STORED, read_colour, turned

@@ -14,8 +14,8 @@ from ..data.camera import DISTORTION_NOTE, Camera, Cameras, camera_doubt, fitted
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import depth_place, frame_camera, lens_from
+from ..io.depth import interpret_depth, read_depth
 from ..io.depth_doubts import DepthReading, is_named_distance
-from ..io.depth_reading import interpret_depth, read_depth
 from ..io.encodings import ray_encoding
 from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, scaled_colour, turned
 from ..io.labels import read_mask

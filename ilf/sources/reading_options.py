@@ -17,8 +17,7 @@ from ..data.camera import INTRINSICS, Camera, checked_transform, is_preset
 from ..data.guide import Gives
 from ..errors import ParameterError
 from ..io.cameras import IntrinsicsSpec, is_numbers
-from ..io.depth import checked_finite
-from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, single_encoding
+from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, checked_finite, single_encoding
 from ..io.guide_models import is_guide_name
 from .times import MAX_TIME_GAP_S
 

@@ -20,7 +20,7 @@ from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
 from ..io.cameras import CAMERA_FILE, read_cameras
-from ..io.depth import checked_units
+from ..io.encodings import checked_units
 from .times import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
