@@ -18,10 +18,9 @@ from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
-from ..sources.frame_ref import FrameRef
+from ..sources.frame_ref import KINDS, OPTIONS, FrameRef, ReadingOption, ReadingOptions
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
-from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from .output import warn
 from .usage import UsageError, declare, parsed

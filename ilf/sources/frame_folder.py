@@ -23,9 +23,9 @@ from ..io.depth import write_depth
 from ..io.encodings import EncodingSpec, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
+from .frame_ref import AS_STATED, ReadingOptions
 from .named_places import NotAllowed, first_allowed, named_in
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path, no_frame_folder
-from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import pose_in, stated_pose
 
 _DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)

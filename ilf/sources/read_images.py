@@ -21,10 +21,9 @@ from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, 
 from ..io.labels import read_mask
 from ..io.orientation import pair_orientation
 from .frame_folder import FrameFiles, camera_pose
-from .frame_ref import FrameRef
+from .frame_ref import COLOUR_VIEW, DEPTH_VIEW, FrameRef, ReadingOptions
 from .naming import META_NAME, recorded_frame_name
 from .opening import opened
-from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
 from .trajectories import stated_pose
 

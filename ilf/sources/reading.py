@@ -33,13 +33,12 @@ from ..io.frame_additions import (
 from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
-from .frame_ref import COMPLETED_DEPTH, FrameRef, is_result
+from .frame_ref import COMPLETED_DEPTH, OPTIONS, FrameRef, ReadingOptions, is_result
 from .named_places import named_in, note_opened
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
 from .pairing import time_of
 from .read_images import depth_of_files, read_files, read_recorded
-from .reading_options import OPTIONS, ReadingOptions
 from .registration import RawPair
 
 

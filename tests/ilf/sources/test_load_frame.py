@@ -22,8 +22,7 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import OPTIONS, ReadingOptions
+from ilf.sources.frame_ref import OPTIONS, FrameRef, ReadingOptions
 
 from ..small_frames import write_small_frame
 
