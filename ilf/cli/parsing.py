@@ -13,7 +13,7 @@ from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
-from ..data.presets import UserPreset, find_preset
+from ..data.presets import BUILT_IN, UserPreset, find_preset
 from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import read_mask
@@ -150,8 +150,10 @@ def add_settings(parser: argparse.ArgumentParser, several_presets: bool = False)
 
 def preset_from(name: str | None) -> UserPreset:
     """Return a preset by its name, None for the default; raises UsageError if there is none."""
+    if not name:
+        return BUILT_IN[DEFAULT_PRESET]
     with told_as(UsageError, "{error}", ParameterError):
-        return find_preset(name or DEFAULT_PRESET)
+        return find_preset(name)
 
 
 def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Parameters, BlockChoice]:

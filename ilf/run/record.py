@@ -30,8 +30,7 @@ from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Gives, GuideCard
 from ..data.neighbours import Neighbour
-from ..data.parameters import BlockParameters, Parameters
-from ..data.presets import preset
+from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.results import BlockOutcome, Completion
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
@@ -333,7 +332,7 @@ def to_json(record: RunRecord) -> bytes:
 
 def _networks(completion: Completion) -> dict[str, str]:
     # extrapolation uses the preset "best"
-    used = [(preset(), completion.extrapolation_network)]
+    used = [(PRESETS[DEFAULT_PRESET], completion.extrapolation_network)]
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}
     for result in completion.results.values():
