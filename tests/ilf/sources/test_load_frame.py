@@ -374,6 +374,17 @@ def test_bad_meta_is_refused_by_name(meta, message, folder):
     assert str(root) in str(caught.value)
 
 
+@pytest.mark.parametrize("meta", [None, {"depth_units_per_m": 1000}])
+@pytest.mark.parametrize("as_folder", [True, False])
+def test_images_in_a_folder_ask_no_reader_of_recordings(as_folder, meta, tmp_path, monkeypatch):
+    files = write_small_frame(tmp_path)
+    if meta is not None:
+        (tmp_path / "meta.json").write_text(json.dumps(meta))
+    monkeypatch.setattr("ilf.sources.opening.built_in_kinds", lambda: pytest.fail("a reader of recordings was asked"))
+    frame = ilf.load_frame(tmp_path) if as_folder else ilf.load_frame(*files)
+    assert frame.shape == (60, 80)
+
+
 def test_one_file_alone_is_no_frame(colour):
     with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
         ilf.load_frame(colour)
