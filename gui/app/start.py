@@ -22,8 +22,7 @@ from ..base.display import display_problem, qt_problem
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
-    from ilf.sources.frame_ref import FrameRef
-    from ilf.sources.reading_options import ReadingOptions
+    from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
     from .main_window import MainWindow
 
@@ -41,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _main(arguments: Sequence[str] | None) -> int:
     from ilf.cli.usage import check_there
-    from ilf.sources.reading_options import OPTIONS, ReadingOptions
+    from ilf.sources.frame_ref import OPTIONS, ReadingOptions
 
     parser = build_parser()
     options = parser.parse_args(arguments)
@@ -136,7 +135,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Build the parser of `ilf-gui`."""
     from ilf.cli.parsing import add_options
     from ilf.cli.usage import Parser, declare
-    from ilf.sources.reading_options import OPTIONS
+    from ilf.sources.frame_ref import OPTIONS
 
     parser = Parser(prog="ilf-gui", description="Complete the missing depth of RGB-D frames, and watch it converge.")
     parser.add_argument("--version", action="version", version=f"ilf-gui {__version__}")

@@ -7,7 +7,7 @@ import platform
 from PySide6.QtCore import qVersion
 
 import ilf
-from ilf.run.versions import installed_version, library_versions
+from ilf.run.record import installed_version, library_versions
 
 _DISPLAYED = {"opencv": "OpenCV", "onnxruntime": "ONNX Runtime"}
 

@@ -17,10 +17,10 @@ from ..errors import FormatError, IlfError, InputError
 from ..run.options import RECORD_FILE
 from ..run.record import array_sha256
 from ..sources import reading
+from ..sources.frame_ref import OPTIONS
 from ..sources.named_places import may_look_at
 from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours
-from ..sources.reading_options import OPTIONS
 from .frames import BatchFrame
 from .settings import SCHEMA, sha256_of
 

@@ -19,7 +19,7 @@ from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv
-from ..run.versions import library_versions
+from ..run.record import library_versions
 from .output import Bar, Column, print_json, shows_progress, table, warn
 from .parsing import add_shared
 from .usage import Parser, declare

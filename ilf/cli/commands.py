@@ -13,8 +13,8 @@ from importlib import import_module
 from typing import Any, TextIO
 
 from .._runtime.files import is_address
-from .._runtime.installation import __version__, check_opencv
-from .._runtime.termination import Interrupted, log_error, terminating_on_signal
+from .._runtime.installation import __version__, check_opencv, run_if_child
+from .._runtime.termination import Interrupted, log_error, terminating_immediately, terminating_on_signal
 from ..errors import IlfError, one_line, to_text, without_credentials
 from ..sources.named_places import allow_address
 from .usage import DONE, EXIT_STATUSES, FAILED, INTERRUPTED, WRONG_USAGE, Parser, UsageError
@@ -37,8 +37,25 @@ COMMANDS = {
 `run` runs the command if it has no actions. The module is imported only when its command is used."""
 
 
-def run(argv: Sequence[str] | None) -> int:
-    """Run a command; see `ilf.cli.main`."""
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        The arguments; default: those of the process.
+
+    Returns
+    -------
+    int
+        Exit status, one of `usage.EXIT_STATUSES`. An error is one line on stderr; no incomplete files are left behind.
+    """
+    run_if_child()
+    with terminating_immediately("ilf"):
+        return _run(argv)
+
+
+def _run(argv: Sequence[str] | None) -> int:
     _ensure_streams()
     words = sys.argv[1:] if argv is None else argv
     parser = build_parser(words[:1])

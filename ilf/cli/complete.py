@@ -16,9 +16,8 @@ from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
 from .options import add_export_options, export_options, geometry_flags, given_exports
-from .output import print_json, shows_progress, warn
+from .output import completed, completion_record, completion_report, errors_of, print_json, shows_progress, warn
 from .parsing import add_frame, add_given_blocks, add_settings, add_shared, frame_from, preset_from, settings_from
-from .run_output import completed, completion_record, completion_report, errors_of
 from .usage import Parser, UsageError, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]

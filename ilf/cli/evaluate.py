@@ -23,8 +23,7 @@ from ..io.tables import write_csv
 from ..run.block_choice import BlockChoice
 from ..run.run import Run
 from . import parsing
-from .output import Bar, Column, print_json, shows_progress, table, warn
-from .run_output import errors_record, unscored, unscored_lines
+from .output import Bar, Column, errors_record, print_json, shows_progress, table, unscored, unscored_lines, warn
 from .usage import Parser, UsageError, declare
 
 _Named = tuple[str, hold_out.RunEvaluation]

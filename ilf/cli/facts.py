@@ -15,8 +15,7 @@ from ..io.cameras import intrinsics_from
 from ..io.encodings import encoding_of_inputs
 from ..run.record import RunRecord, read_record
 from ..run.replaying import file_problems
-from .output import fact_lines
-from .run_output import outcome_lines, outcome_record, parameters_text, values_text
+from .output import fact_lines, outcome_lines, outcome_record, parameters_text, values_text
 
 
 class Facts:

@@ -18,11 +18,10 @@ from ..io.depth_doubts import DepthReading
 from ..io.images import read_colour_with_warning
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
-from ..sources.frame_ref import COMPLETED_DEPTH, RECORD_FILE, FrameRef, is_result, is_result_folder
+from ..sources.frame_ref import COMPLETED_DEPTH, RECORD_FILE, FrameRef, ReadingOptions, is_result, is_result_folder
 from ..sources.naming import META_NAME
 from ..sources.read_images import ReadImages, depth_of_files, is_registered, read_files, read_recorded
 from ..sources.reading import files_of, read_frame
-from ..sources.reading_options import ReadingOptions
 from .facts import Facts
 
 _Depth = NDArray[np.float32]

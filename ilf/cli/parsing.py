@@ -13,15 +13,14 @@ from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame
 from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
-from ..data.presets import UserPreset, find_preset
+from ..data.presets import BUILT_IN, UserPreset, find_preset
 from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
-from ..sources.frame_ref import FrameRef
+from ..sources.frame_ref import KINDS, OPTIONS, FrameRef, ReadingOption, ReadingOptions
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
-from ..sources.reading_options import KINDS, OPTIONS, ReadingOption, ReadingOptions
 from ..sources.source import Source
 from .output import warn
 from .usage import UsageError, declare, parsed
@@ -151,8 +150,10 @@ def add_settings(parser: argparse.ArgumentParser, several_presets: bool = False)
 
 def preset_from(name: str | None) -> UserPreset:
     """Return a preset by its name, None for the default; raises UsageError if there is none."""
+    if not name:
+        return BUILT_IN[DEFAULT_PRESET]
     with told_as(UsageError, "{error}", ParameterError):
-        return find_preset(name or DEFAULT_PRESET)
+        return find_preset(name)
 
 
 def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Parameters, BlockChoice]:

@@ -32,9 +32,8 @@ from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from ..sources.reading import read_frame
 from .options import add_export_options, export_options, geometry_flags
-from .output import Column, fact_lines, print_json, shows_progress, table, warn
+from .output import Column, completed, fact_lines, parameters_text, print_json, shows_progress, table, warn
 from .parsing import add_reading, add_shared, reading_options
-from .run_output import completed, parameters_text
 from .usage import Parser, UsageError, add_action, check_there, declare
 
 # Output of `ilf project info`: as text, and as JSON.

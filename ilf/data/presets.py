@@ -90,6 +90,13 @@ class UserPreset:
         return {} if self.extraction is None else self.extraction.differences_from(BlockParameters())
 
 
+BUILT_IN: Mapping[str | os.PathLike[str], UserPreset] = {
+    name: UserPreset(name, parameters, None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+    for name, parameters in PRESETS.items()
+}
+"""Name -> preset of everybody."""
+
+
 def preset(name: Parameters | str | os.PathLike[str] | None = DEFAULT_PRESET, **changes: object) -> Parameters:
     """Return the parameters of the filter of a preset, or given ones, with any of them changed.
 
@@ -267,8 +274,8 @@ def find_preset(name: str | os.PathLike[str]) -> UserPreset:
     'ideal'
     """
     check_kind(name, PathKind, "A preset is given by name or file", "`ilf info --presets` lists them.")
-    if name in PRESETS:
-        return UserPreset(name, PRESETS[name], None if name == DEFAULT_PRESET else PAPER_BLOCKS)
+    if name in BUILT_IN:
+        return BUILT_IN[name]
     own = _existing(name) if isinstance(name, str) else None
     if own is not None:
         return dataclasses.replace(read_preset(own), name=own.stem)

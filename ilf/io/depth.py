@@ -1,25 +1,41 @@
-"""Depth images: reading in file units, and writing."""
+"""Depth images: reading in file units and by their encoding, and writing."""
 
 from __future__ import annotations
 
 import io
 import math
 import os
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.files import FileContent, FileSource, read_file
-from .._runtime.formatting import as_float, counted
+from .._runtime.files import FileContent, FileSource, read_file, with_dataset
+from .._runtime.formatting import counted
 from .._runtime.writing import write_bytes
 from ..data.arrays import plain_array
-from ..data.frame import DEPTH_LIMITS
-from ..errors import ExportError, FormatError, ParameterError, path_first
+from ..errors import ExportError, FormatError, path_first, told_as
+from .depth_doubts import DepthReading, are_8_bits
+from .encodings import (
+    ENCODINGS,
+    UINT16_MAX,
+    DepthEncoding,
+    EncodingSpec,
+    beyond_sensor_range,
+    checked_finite,
+    checked_units,
+    default_depth_units,
+    encoding_of,
+    is_name,
+    packed_channels,
+)
 from .float_images import (
     COLMAP_SUFFIX,
+    KINECT_V2_SUFFIXES,
     PFM_SUFFIX,
     encode_exr,
     is_kinect_v2,
@@ -39,9 +55,6 @@ from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_depth, read_pclzf_dept
 
 DEPTH_SUFFIXES = (".png", ".tif", ".tiff", ".npy", ".exr")
 """Suffixes that `write_depth` supports."""
-
-UINT16_MAX = 65535
-"""Maximum value of a 16-bit PNG."""
 
 _DEPTH_ARRAYS = "depth", "depths"
 """Names of depth in an NPZ with several arrays."""
@@ -150,32 +163,75 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
-def default_depth_units(values: NDArray[Any]) -> float:
-    """Return the default file units per metre: 1000 (millimetres) for integers, 1 for floats."""
-    return 1000.0 if values.dtype.kind in "iu" else 1.0
+_SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
+"""What Apple's photos say, see AVDepthData.Accuracy.relative."""
 
 
-def depth_in_metres(values: NDArray[Any], depth_units: float | None = None) -> NDArray[np.float32]:
-    """Convert file values to depth [m], float32 (H, W); zero, negative and non-finite values become NaN, and so do
-    values below `ilf.data.frame.DEPTH_LIMITS`, which are zero except for rounding.
+def read_depth(
+    file: FileContent,
+    given: EncodingSpec | None = None,
+    stated: EncodingSpec | None = None,
+    invalid: float | None = None,
+    dataset: str | None = None,
+) -> DepthReading:
+    """Read a depth file.
 
     Parameters
     ----------
-    values : ndarray
-        From `read_depth_values`.
-    depth_units : float, optional
-        File units per metre; None means `default_depth_units`.
+    file : FileContent
+    given, stated : str or float, optional
+        The encoding, see `encoding_of`: that given by the user precedes that stated beside the file.
+    invalid : float, optional
+        The file's value that marks missing depth.
+    dataset : str, optional
+        The dataset of an HDF5 file, see `read_depth_values`.
 
     Raises
     ------
-    ParameterError
-        If `depth_units` is not a positive number.
+    InputError, FormatError, ParameterError
+        As `read_depth_values` and `encoding_of` do.
     """
-    units = checked_units(default_depth_units(values) if depth_units is None else depth_units)
-    with np.errstate(all="ignore"):
-        metres = (values if units == 1 else values.astype(np.float64) / units).astype(np.float32)
-        metres[metres < DEPTH_LIMITS[0]] = np.nan
-        return _with_missing(metres)
+    if stated is None and file.path.suffix.lower() in KINECT_V2_SUFFIXES and is_kinect_v2(file):
+        stated = ENCODINGS["mm"].units
+    values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
+    read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
+    return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
+
+
+def interpret_depth(
+    values: NDArray[Any],
+    path: Path,
+    given: EncodingSpec | None = None,
+    stated: EncodingSpec | None = None,
+    invalid: float | None = None,
+) -> DepthReading:
+    """Interpret the values (H, W) of a depth image from `path`, as `read_depth` does."""
+    spec, usual = stated if given is None else given, default_depth_units(checked_depth_values(values, path))
+    if invalid is not None:
+        invalid = checked_finite(invalid, "The invalid value", ": non-finite values are always missing")
+    encoding = replace(encoding_of(usual if spec is None else spec, path), invalid=invalid)
+    if given is None and encoding.units == 1 and values.dtype.kind == "f" and are_8_bits(values):
+        whole = "its values are whole numbers from 0 to 255, as of an 8-bit image stored as float"
+        raise FormatError(f"{path}: {whole}: give raw depth, or the encoding or units of these values.")
+    seen = values[np.isfinite(values) & (values != 0)]
+    if values.dtype.kind in "if" and seen.size and seen.min() < seen.max() < 0:  # a single value marks missing depth
+        told = f"{path}: all values are negative, as where a camera looks along -z (Isaac Gym)"
+        raise FormatError(f"{told}: store them with the other sign.")
+    with told_as(FormatError, f"{path}: {{error}}", FormatError):
+        metres, left_out = decoded(values, encoding)
+    return DepthReading(values, metres, encoding, spec is None, is_name(spec), left_out, path)
+
+
+def decoded(values: NDArray[Any], encoding: DepthEncoding) -> tuple[NDArray[np.float32], str]:
+    """Convert values to depth [m], NaN = missing, with a note on depth left out beyond the range of sensors, or ""."""
+    metres = encoding.metres(values)
+    far = beyond_sensor_range(metres, encoding.farthest)
+    if far is None:
+        return metres, ""
+    metres[far] = np.nan
+    pixels = f"{counted(int(np.count_nonzero(far)), 'pixel')} ({far.mean():.1%})"
+    return metres, f"Depth beyond {encoding.farthest:g} m, out of range of any sensor, counts as missing: {pixels}."
 
 
 def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1000.0) -> list[str]:
@@ -301,30 +357,6 @@ def encode_expected_error(
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
     return encode_depth(path, values, units)
-
-
-def checked_number(value: object, needed: str) -> float:
-    """Return a real number as float; raise ParameterError, which begins with what is needed, for anything else."""
-    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise ParameterError(f"{needed}, not {value!r:.60}.")
-    return as_float(value)
-
-
-def checked_finite(value: object, what: str, why: str) -> float:
-    """Return a finite number as float; raise ParameterError, which names it and ends with a reason, for anything
-    else."""
-    number = checked_number(value, f"{what} must be a number")
-    if not math.isfinite(number):
-        raise ParameterError(f"{what} must be a finite number{why}.")
-    return number
-
-
-def checked_units(units: object) -> float:
-    """Return file units per metre as float; raise ParameterError unless positive and finite."""
-    number = checked_number(units, "Depth units must be a number of file units per metre")
-    if not (math.isfinite(number) and number > 0):
-        raise ParameterError(f"Depth units must be positive file units per metre (1000 for mm), not {number:g}.")
-    return number
 
 
 def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:

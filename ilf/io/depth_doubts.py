@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import split_dataset
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
-from .depth import UINT16_MAX
-from .encodings import ENCODINGS, KINECT_DISPARITY, DepthEncoding
+from .encodings import ENCODINGS, KINECT_DISPARITY, UINT16_MAX, DepthEncoding
 from .float_images import COLMAP_SUFFIX
 
 

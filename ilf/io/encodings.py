@@ -13,11 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.formatting import as_float
 from ..data.camera import Camera, fitted
 from ..data.frame import DEPTH_LIMITS, FARTHEST_DEPTH, FrameInputs
 from ..errors import FormatError, InputError, ParameterError, did_you_mean, told_as
 from .cameras import camera_of_image
-from .depth import UINT16_MAX, checked_units, depth_in_metres
+
+UINT16_MAX = 65535
+"""Maximum value of a 16-bit PNG."""
 
 _FARTHEST_KINECT = 10.0
 _BOP, _DISPARITY, _RAY, _ZBUFFER, _SHARE = "bop", "disparity", "ray", "zbuffer", "m/FAR"
@@ -74,7 +77,8 @@ class DepthEncoding:
         return way if not self.invalid else f"{way}, {self.invalid:g} is missing"
 
     def metres(self, values: NDArray[Any]) -> NDArray[np.float32]:
-        """Convert values of a file to depth [m], float32 of the same shape; NaN = missing.
+        """Convert values of a file to depth [m], float32 of the same shape. Values that are not finite, or below
+        `ilf.data.frame.DEPTH_LIMITS`, as zero but for rounding is, become NaN.
 
         Raises
         ------
@@ -82,7 +86,9 @@ class DepthEncoding:
             If the values are none of this encoding, such as floats in place of 16-bit integers.
         """
         with np.errstate(all="ignore"):
-            metres = depth_in_metres(values if self.decode is None else self.decode(values), self.units)
+            depth = values if self.decode is None else self.decode(values)
+            metres = (depth if self.units == 1 else depth.astype(np.float64) / self.units).astype(np.float32)
+            metres[~(np.isfinite(metres) & (metres >= DEPTH_LIMITS[0]))] = np.nan
         if self.invalid is not None:
             with np.errstate(over="ignore"):  # in the type of the values, the number may overflow to infinity
                 metres[values == self.invalid] = np.nan
@@ -365,6 +371,35 @@ def encoding_of_inputs(inputs: FrameInputs) -> DepthEncoding:
     """Return the encoding with which a frame's depth file was read."""
     spec = inputs.depth_units if inputs.encoding is None else inputs.encoding
     return replace(encoding_of(spec), invalid=inputs.invalid)
+
+
+def default_depth_units(values: NDArray[Any]) -> float:
+    """Return the default file units per metre: 1000 (millimetres) for integers, 1 for floats."""
+    return 1000.0 if values.dtype.kind in "iu" else 1.0
+
+
+def checked_number(value: object, needed: str) -> float:
+    """Return a real number as float; raise ParameterError, which begins with what is needed, for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ParameterError(f"{needed}, not {value!r:.60}.")
+    return as_float(value)
+
+
+def checked_finite(value: object, what: str, why: str) -> float:
+    """Return a finite number as float; raise ParameterError, which names it and ends with a reason, for anything
+    else."""
+    number = checked_number(value, f"{what} must be a number")
+    if not math.isfinite(number):
+        raise ParameterError(f"{what} must be a finite number{why}.")
+    return number
+
+
+def checked_units(units: object) -> float:
+    """Return file units per metre as float; raise ParameterError unless positive and finite."""
+    number = checked_number(units, "Depth units must be a number of file units per metre")
+    if not (math.isfinite(number) and number > 0):
+        raise ParameterError(f"Depth units must be positive file units per metre (1000 for mm), not {number:g}.")
+    return number
 
 
 def beyond_sensor_range(metres: NDArray[np.floating], farthest: float = FARTHEST_DEPTH) -> NDArray[np.bool_] | None:

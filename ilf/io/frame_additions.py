@@ -22,17 +22,9 @@ from ..data.frame import COMMON_DEPTH_UNITS, GroundTruthFile, RGBDFrame, check_d
 from ..data.guide import Gives, Guide
 from ..data.lenses import undistorted
 from ..errors import FormatError, InputError, ParameterError, told_as
-from .depth import (
-    DEPTH_READERS,
-    checked_units,
-    default_depth_units,
-    depth_in_metres,
-    read_depth_values,
-    without_channel,
-)
+from .depth import DEPTH_READERS, decoded, read_depth_values, without_channel
 from .depth_doubts import marker_doubt
-from .depth_reading import decoded
-from .encodings import DepthEncoding, encoding_of_inputs
+from .encodings import ENCODINGS, DepthEncoding, checked_units, default_depth_units, encoding_of_inputs
 from .float_images import read_npy, read_npz
 from .guide_models import is_guide_name, predict_by_name, predict_guide, ready_guide
 from .hdf5 import HDF5_SUFFIXES
@@ -116,9 +108,12 @@ def ground_truth_of(
     frame: RGBDFrame, path: FileSource, units: float | None = None, dataset: str | None = None
 ) -> tuple[NDArray[np.float32], GroundTruthFile, str]:
     """What `read_ground_truth` gives, in the pixels of a frame; integers are in the units of its depth by default."""
-    usual, invalid = (None, None) if frame.inputs is None else (frame.inputs.depth_units, frame.inputs.invalid)
+    inputs = frame.inputs
+    usual, invalid = (None, None) if inputs is None else (inputs.depth_units, inputs.invalid)
     ground_truth, file, note = read_ground_truth(path, frame.shape, units, usual, invalid, dataset)
-    return undistorted(ground_truth, frame), file, note
+    if inputs is not None and inputs.lenses is not None:
+        ground_truth = undistorted(ground_truth, frame)
+    return ground_truth, file, note
 
 
 def read_ground_truth(
@@ -444,6 +439,6 @@ def load_by_hand(path: FileSource, frame: RGBDFrame, weight: float) -> DepthByHa
     content = read_file(path)
     values = read_depth_values(content)
     if values.dtype.kind != "f":
-        values = depth_in_metres(values) if frame.inputs is None else encoding_of_inputs(frame.inputs).metres(values)
+        values = (ENCODINGS["mm"] if frame.inputs is None else encoding_of_inputs(frame.inputs)).metres(values)
     with told_as(InputError, f"{content}: {{error}}", InputError):
         return as_by_hand(DepthByHand(values, weight), frame.shape)

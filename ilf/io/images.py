@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, TiffImagePlugin
 
-from .._runtime.files import FileSource, read_file
+from .._runtime.files import FileContent, FileSource, read_file
 from .._runtime.memory import check_memory
 from ..errors import FormatError, InputError
-from .hdf5 import HDF5_SUFFIXES, read_hdf5_colour
-from .heic import HEIC_SUFFIXES, read_heic_colour
+from .float_images import PFM_SUFFIX
+from .hdf5 import HDF5_SUFFIXES, is_of_matlab, read_hdf5_colour
+from .heic import HEIC_SUFFIXES, heic_orientation, read_heic_colour
 from .kinds import COMMON_IMAGES, wrong_kind
 from .pcl_files import PCD_SUFFIX, PCLZF_SUFFIX, read_pcd_colour, read_pclzf_colour
 
@@ -153,8 +154,32 @@ _UPRIGHT: dict[int, Callable[[NDArray[Any]], NDArray[Any]]] = {
 """Orientation tag -> how viewers turn the stored image."""
 
 
-OPPOSITE = {6: 8, 8: 6}
+_OPPOSITE = {6: 8, 8: 6}
 """Orientation tag -> the one that turns back, where that is another one."""
+
+Tags = tuple[int, int]
+"""Orientation tags of colour and depth."""
+
+AS_STORED: Tags = 1, 1
+"""Orientations of colour and depth that are not turned."""
+
+
+def orientation_claim(file: FileContent) -> tuple[int, str]:
+    """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
+    suffix = file.path.suffix.lower()
+    if suffix in HDF5_SUFFIXES and not is_of_matlab(file):
+        return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
+    if suffix == PFM_SUFFIX:
+        return 4, f"{file.path.name} may be stored from its top row on, as AirSim's write_pfm does"
+    if suffix in HEIC_SUFFIXES:
+        tag = heic_orientation(file)
+        back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
+        return _OPPOSITE.get(tag, tag), back if tag in _UPRIGHT else ""
+    try:
+        tag = image_header(file, file.data.tobytes()).orientation
+    except FormatError:  # of a format without such tags
+        tag = 1
+    return (tag, f"{file.path.name} has the orientation tag {tag}") if tag in _UPRIGHT else (1, "")
 
 
 def turned(image: NDArray[Any], orientation: int) -> NDArray[Any]:
@@ -205,7 +230,7 @@ def _decoded(path: FileSource, least_width: int = 0) -> tuple[NDArray[Any], Imag
     factor = next((one for one in factors if header.width >= one * least_width), 1)
     image = without_log(lambda: cv2.imdecode(data, _FRACTIONS[factor] | cv2.IMREAD_IGNORE_ORIENTATION))
     if image is not None and header.kind == "TIFF":  # whose decoder applies the tag, whatever its flags
-        image = turned(image, OPPOSITE.get(header.orientation, header.orientation))
+        image = turned(image, _OPPOSITE.get(header.orientation, header.orientation))
     if image is None or image.shape[:2] != (-(-header.height // factor), -(-header.width // factor)):
         raise FormatError(f"{path}: this {header.kind} is truncated, damaged, or of an unsupported kind. {_REMEDY}")
     return image, header

@@ -9,20 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
-from ..errors import FormatError
 from .float_images import PFM_SUFFIX
-from .hdf5 import HDF5_SUFFIXES, is_of_matlab
-from .heic import HEIC_SUFFIXES, heic_orientation
-from .images import OPPOSITE, image_header, turned
-
-Tags = tuple[int, int]
-"""Orientation tags of colour and depth."""
-
-AS_STORED: Tags = 1, 1
-"""Orientations of colour and depth that are not turned."""
-
-_TURNED = range(2, 9)
-"""Orientation tags of images that are turned or mirrored."""
+from .hdf5 import HDF5_SUFFIXES
+from .heic import HEIC_SUFFIXES
+from .images import AS_STORED, Tags, turned
 
 _EXCHANGED = 1, 5
 
@@ -36,25 +26,12 @@ _SURE, _BETTER = 0.15, 0.08
 _UNTURNED = AS_STORED, "", False
 
 
-def _claim(file: FileContent) -> tuple[int, str]:
-    """The orientation by which a file may have to be turned, and why; 1 and "" if there is no sign of it."""
-    if file.path.suffix.lower() in HDF5_SUFFIXES and not is_of_matlab(file):
-        return 5, f"{file.path.name} may be stored column by column, as MATLAB's h5write does"
-    if file.path.suffix.lower() == PFM_SUFFIX:
-        return 4, f"{file.path.name} may be stored from its top row on, as AirSim's write_pfm does"
-    if file.path.suffix.lower() in HEIC_SUFFIXES:
-        tag = heic_orientation(file)
-        back = f"{file.path.name} is shown upright, not as stored, by its orientation tag {tag}, which may be undone"
-        return OPPOSITE.get(tag, tag), back if tag in _TURNED else ""
-    try:
-        tag = image_header(file, file.data.tobytes()).orientation
-    except FormatError:  # of a format without such tags
-        tag = 1
-    return (tag, f"{file.path.name} has the orientation tag {tag}") if tag in _TURNED else (1, "")
-
-
 def pair_orientation(
-    colour_file: FileContent, colour: NDArray[np.uint8], depth_file: FileContent, metres: NDArray[np.float32]
+    colour_file: FileContent,
+    colour: NDArray[np.uint8],
+    depth_file: FileContent,
+    metres: NDArray[np.float32],
+    claims: list[tuple[int, str]],
 ) -> tuple[Tags, str, bool]:
     """Decide whether the orientation tags of a pair's files apply: where only so sizes are the same, or else edges
     coincide. Files with the same tag stay as stored. The rows and columns of HDF5, which MATLAB exchanges, and the
@@ -65,6 +42,8 @@ def pair_orientation(
     colour_file, depth_file : FileContent
     colour, metres : ndarray
         As stored: uint8 (h, w, 3), and depth [m], NaN = missing.
+    claims : list
+        What `orientation_claim` gives for colour and depth, of which at least one is a sign.
 
     Returns
     -------
@@ -72,7 +51,7 @@ def pair_orientation(
         The orientations by which colour and depth are to be turned, a note about it, "" for none, and whether it is a
         doubt.
     """
-    claims = [_claim(colour_file), _claim(depth_file)]
+    claims = list(claims)
     for place, file in enumerate((colour_file, depth_file)):
         if file.path.suffix.lower() in HEIC_SUFFIXES and claims[1 - place][0] != 1:
             claims[place] = 1, ""  # it is upright, and so may the other one be

@@ -18,7 +18,7 @@ from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from ..data.camera import Camera
 from ..errors import ExportError, ParameterError, cause, told_as
-from .depth import UINT16_MAX
+from .encodings import UINT16_MAX
 from .mcap import END
 
 DEPTH_TOPIC, CAMERA_TOPIC = "/depth_completed", "/camera_info"

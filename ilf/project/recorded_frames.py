@@ -11,9 +11,8 @@ from ..data.frame import InputFile, RGBDFrame
 from ..errors import InputError
 from ..run.record import read_record
 from ..run.replaying import Replay, replay
-from ..sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
+from ..sources.frame_ref import AS_STATED, RECORD_FILE, FrameRef, is_result_folder
 from ..sources.reading import read_frame
-from ..sources.reading_options import AS_STATED
 from .sources import MissingSource, Places, located
 
 

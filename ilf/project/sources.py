@@ -18,16 +18,14 @@ from .._runtime.files import FileContent, file_sha256, is_address, read_file
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
-from ..io.depth import read_depth_values
-from ..io.depth_reading import decoded
+from ..io.depth import decoded, read_depth_values
 from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import ground_truth_of
-from ..io.images import read_colour, turned
-from ..io.orientation import AS_STORED
+from ..io.images import AS_STORED, read_colour, turned
+from ..sources.frame_folder import camera_pose
 from ..sources.frame_ref import FrameRef
 from ..sources.named_places import first_allowed, may_look_at, named_in, note_opened
 from ..sources.read_images import frame_of_images, read_recorded
-from ..sources.trajectories import camera_pose
 from .archive import Parts
 
 SOURCES = "sources/"

@@ -12,7 +12,6 @@ from itertools import groupby
 from .._runtime.files import read_file
 from ..data.results import EdgeAwareRecord, History, IterationRecord, PassBandRecord
 from ..errors import FormatError
-from ..io.tables import csv_text
 
 CURVE_COLUMNS = (
     "label", "i", "stage", "r_y", "r_x", "sigma_i_m", "l1_m", "residual_m", "held_out_m", "weighted",
@@ -32,8 +31,11 @@ def encode_curves(history: Mapping[int, Sequence[IterationRecord]]) -> bytes:
     history : mapping
         Label -> records, as in `Completion.history`.
     """
-    lines = ({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
-    return csv_text([CURVE_COLUMNS, *([line.get(name) for name in CURVE_COLUMNS] for line in lines)]).encode()
+    text = io.StringIO()
+    table = csv.DictWriter(text, CURVE_COLUMNS, lineterminator="\n")
+    table.writeheader()
+    table.writerows({"label": label, **_cells(record)} for label in sorted(history) for record in history[label])
+    return text.getvalue().encode()
 
 
 def _cells(record: IterationRecord) -> dict[str, object]:

@@ -17,7 +17,8 @@ from .._runtime.writing import write_bytes
 from ..data.camera import Camera
 from ..data.points import PointCloud, in_world, point_cloud
 from ..errors import ExportError, InputError, ParameterError, told_as
-from ..io.depth import UINT16_MAX, write_depth
+from ..io.depth import write_depth
+from ..io.encodings import UINT16_MAX
 from ..io.images import encode_image
 from ..sources.trajectories import OPENGL_AXES
 from .stored_results import StoredResult, StoredResults

@@ -5,12 +5,15 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
+import platform
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,8 +30,7 @@ from ..data.declarations import Value
 from ..data.frame import FrameInputs
 from ..data.guide import Gives, GuideCard
 from ..data.neighbours import Neighbour
-from ..data.parameters import BlockParameters, Parameters
-from ..data.presets import preset
+from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Parameters
 from ..data.results import BlockOutcome, Completion
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
@@ -37,7 +39,38 @@ from ..segmentation.edges.detectors import load_model
 from . import files
 from .options import ExportOptions
 from .run import Run
-from .versions import library_versions, processor
+
+# What a result may depend on besides the run: libraries, and the processor.
+
+
+def installed_version(*distributions: str) -> str | None:
+    """The version of the first of some distributions that is installed; None if none is."""
+    for name in distributions:
+        try:
+            return version(name)
+        except PackageNotFoundError:
+            continue
+    return None
+
+
+def library_versions() -> dict[str, str | None]:
+    """Return versions of Python and of the libraries that a result may depend on; None if not installed."""
+    return {
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": installed_version("scipy"),
+        "onnxruntime": installed_version("onnxruntime", "onnxruntime-gpu", "onnxruntime-directml"),
+        "opencv": cv2.__version__,
+        "numba": installed_version("numba"),
+    }
+
+
+def processor() -> str:
+    """Return the processor architecture and the SIMD extensions that numpy uses; they may change the last digits."""
+    found = np.show_config(mode="dicts") or {}
+    extensions = found.get("SIMD Extensions", {})
+    return " ".join([platform.machine(), *extensions.get("baseline", []), *extensions.get("found", [])])
+
 
 # The networks used by a run, by name.
 
@@ -299,7 +332,7 @@ def to_json(record: RunRecord) -> bytes:
 
 def _networks(completion: Completion) -> dict[str, str]:
     # extrapolation uses the preset "best"
-    used = [(preset(), completion.extrapolation_network)]
+    used = [(PRESETS[DEFAULT_PRESET], completion.extrapolation_network)]
     used += [(result.parameters, result.network) for result in completion.results.values()]
     networks: dict[str, str] = {}
     for result in completion.results.values():

@@ -18,7 +18,8 @@ from ..data.label_map import Block, find_blocks
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockOutcome, BlockResult, Completion, History, compose
-from ..io.depth import depth_in_metres, read_depth_values
+from ..io.depth import read_depth_values
+from ..io.encodings import encoding_of
 from ..io.labels import read_mask
 from . import files
 from .curves import read_curves
@@ -31,7 +32,7 @@ def recorded_depth(record: RunRecord, folder: Path) -> NDArray[np.float32] | Non
     """The recorded depth [m], (H, W), from a lossless file beside the record; None if there is none."""
     for name in (DEPTH_FILES["npy"], DEPTH_FILES["tiff"]):
         if _is_as_written(record, folder, name):
-            return depth_in_metres(read_depth_values(folder / name), 1.0)
+            return encoding_of(1.0).metres(read_depth_values(folder / name))
     return None
 
 

@@ -35,10 +35,9 @@ from ..sources.neighbours import seen_by
 from ..sources.reading import load_frame, read_frame
 from . import files
 from .options import DEPTH_FILES, ExportOptions
-from .record import RecordedMask, RunRecord, array_sha256, installed_sha256, read_record
+from .record import RecordedMask, RunRecord, array_sha256, installed_sha256, library_versions, processor, read_record
 from .recorded_results import recorded_completion, recorded_depth
 from .run import Run
-from .versions import library_versions, processor
 
 # Differences from the recorded state: files, edge networks, versions and processor.
 

@@ -87,7 +87,9 @@ class Run:
         only: Collection[int] | None = None,
         extrapolate: bool = False,
     ) -> None:
-        values = checked_frame(frame), as_blocks(blocks, frame.shape), presets.preset(parameters), only, extrapolate
+        if not isinstance(parameters, Parameters):
+            parameters = presets.preset(parameters)
+        values = checked_frame(frame), as_blocks(blocks, frame.shape), parameters, only, extrapolate
         for name, value in zip(self.__dataclass_fields__, values, strict=True):
             object.__setattr__(self, name, value)
 

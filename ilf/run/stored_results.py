@@ -18,7 +18,8 @@ from .._runtime.formatting import natural
 from ..data.camera import Camera
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import intrinsics_from
-from ..io.depth import depth_in_metres, read_depth_values
+from ..io.depth import read_depth_values
+from ..io.encodings import encoding_of
 from ..io.images import read_colour
 from ..io.labels import read_mask
 from ..sources.copies import spelled
@@ -94,7 +95,7 @@ class StoredResult:
         file = self._file(name)
         if file is None:
             raise InputError(f"{self} has no {name}. Complete the frame again.")
-        return depth_in_metres(read_depth_values(file), units)
+        return encoding_of(units).metres(read_depth_values(file))
 
     @cached_property
     def expected_error(self) -> NDArray[np.float32] | None:
@@ -103,7 +104,7 @@ class StoredResult:
         file = self._file(name.replace("depth", "expected_error"))
         if file is None:
             return None
-        return self._checked(file.path.name, depth_in_metres(read_depth_values(file), units))
+        return self._checked(file.path.name, encoding_of(units).metres(read_depth_values(file)))
 
     @cached_property
     def unsupported(self) -> NDArray[np.bool_] | None:

@@ -225,7 +225,8 @@ def write(
     error = unsupported_mask = None
     if chosen.expected_error and (chosen.depth_formats or chosen.cloud or chosen.mesh):
         error, unsupported_mask = expected_error(completion), unsupported(completion)
-    made = contents(completion, chosen, error, unsupported_mask, colour_path(target, run, chosen))
+    image = colour_path(target, run, chosen) if chosen.exports else ""
+    made = contents(completion, chosen, error, unsupported_mask, image)
     notes = list(_notes(completion, chosen, unsupported_mask))
     with staging(target) as staged:
         for name in cancellable_items([name for name in names if name in made]):
@@ -344,7 +345,7 @@ def contents(
     error, unsupported_mask : ndarray, optional
         Expected error [m] and mask of unsupported depth, both (H, W), for the files with them.
     image : str
-        Path of the colour file as seen from the other files; "" for none.
+        Path of the colour file as seen from the other files, for those of other programs; "" for none.
     """
     run, units = completion.run, options.depth_units
     made: dict[str, Callable[[], Content]] = {

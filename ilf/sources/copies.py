@@ -28,9 +28,9 @@ from .._runtime.installation import optional
 from .._runtime.writing import ensure_folder, left_in, remove, removed_on_exit, temporary_name, write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
+from .frame_folder import pose_files
 from .frame_ref import FrameRef
 from .naming import META_NAME, no_frame_folder
-from .trajectories import pose_files
 
 
 @contextmanager

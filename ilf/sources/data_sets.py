@@ -14,9 +14,8 @@ from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, told_as
 from .file_patterns import Folders
-from .frame_ref import FrameRef
+from .frame_ref import FrameRef, ReadingOptions
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from .reading_options import ReadingOptions
 from .times import TimedPairs
 
 _SUN_CAMERA_FILE = "intrinsics.txt"

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from .._runtime.files import read_json, split_dataset, with_dataset
 from .._runtime.schema import converted
@@ -21,11 +23,14 @@ from ..io.depth import write_depth
 from ..io.encodings import EncodingSpec, encoding_of, needs_scene, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
+from .frame_ref import AS_STATED, ReadingOptions
 from .named_places import NotAllowed, first_allowed, named_in
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME, name_from_path, no_frame_folder
-from .reading_options import AS_STATED, ReadingOptions
+from .trajectories import pose_in, stated_pose
 
 _DEPTH_WORD = re.compile(r"(?<![a-z])depth(?![a-z])", re.IGNORECASE)
+_DEPTH_ENDING = re.compile(r"[-_.]?depth$", re.IGNORECASE)
+_POSE_FOLDERS, _TRAJECTORY = ("pose", "poses"), "groundtruth.txt"
 _IMAGES = ("rgb", COLOUR_SUFFIXES), ("depth", DEPTH_FILE_SUFFIXES)
 """Names of colour and depth in a folder that does not state others, with their suffixes."""
 
@@ -214,6 +219,38 @@ def _confidence_beside(depth: Path) -> str | None:
     places = ((depth.parent, stem), (beside, depth.stem), (beside, stem))
     found = (_found(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
     return next((str(path) for path in found if path is not None), None)
+
+
+def pose_files(depth: str | Path) -> tuple[Path, ...]:
+    """The files beside a depth file that may contain the pose of its frame; the last one, those of all frames."""
+    path = Path(depth)
+    name = _DEPTH_ENDING.sub("", path.stem)
+    return (
+        path.with_name(f"{name}.pose.txt".lstrip(".")),
+        *(path.parent.parent / folder / f"{name}.txt" for folder in _POSE_FOLDERS),
+        path.parent.parent / _TRAJECTORY,
+    )
+
+
+def camera_pose(depth: str | Path) -> NDArray[np.float64] | None:
+    """The camera pose of a frame: the transform of its points [m] to the world.
+
+    Parameters
+    ----------
+    depth : path
+        The frame's depth file. Its pose is searched in the layouts of the TUM benchmark (`groundtruth.txt` in the
+        parent folder, by the time in the file's name), 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and ScanNet
+        (`pose/NAME.txt` beside its folder).
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 4), or None
+        x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
+    """
+    place = next(filter(os.path.isfile, pose_files(depth)), None)
+    if place is None:
+        return None
+    return pose_in(place, Path(depth).stem) if place.name == _TRAJECTORY else stated_pose(str(place))
 
 
 def _ground_truth_in(root: Path, description: str | None) -> Path | None:

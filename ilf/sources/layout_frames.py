@@ -18,10 +18,9 @@ from ..io.camera_files import ENTRY_MARK, read_camera_file
 from ..io.cameras import IntrinsicsSpec, is_numbers, sized_camera
 from ..io.encodings import ray_encoding
 from .file_patterns import File, Folders, alternatives, files_like, filled, placeholders
-from .frame_ref import FrameRef
+from .frame_ref import AS_STATED, FrameRef, ReadingOptions
 from .layout import GIVEN, LIST_SUFFIX, Layout
 from .named_places import named_in
-from .reading_options import AS_STATED, ReadingOptions
 from .trajectories import as_camera_to_world, image_name, read_trajectory
 
 _BOP_SCALE = 0.01, 20.0

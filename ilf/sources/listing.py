@@ -16,7 +16,7 @@ from .copies import address_of, names_at, restored
 from .data_sets import has_time_lists, is_sun, sun_frame, timed_frames
 from .file_patterns import Folders
 from .frame_folder import is_frame_folder
-from .frame_ref import FrameRef, is_result
+from .frame_ref import AS_STATED, FrameRef, ReadingOptions, is_result
 from .layout import Layout
 from .layout_frames import LayoutFrames
 from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
@@ -25,7 +25,6 @@ from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
 from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
-from .reading_options import AS_STATED, ReadingOptions
 from .times import left_out
 
 _MOST_NAMES = 5

@@ -14,19 +14,18 @@ from ..data.camera import DISTORTION_NOTE, Camera, Cameras, camera_doubt, fitted
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import depth_place, frame_camera, lens_from
+from ..io.depth import interpret_depth, read_depth
 from ..io.depth_doubts import DepthReading, is_named_distance
-from ..io.depth_reading import interpret_depth, read_depth
 from ..io.encodings import ray_encoding
-from ..io.images import read_colour_with_warning, scaled_colour, turned
+from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, scaled_colour, turned
 from ..io.labels import read_mask
-from ..io.orientation import AS_STORED, pair_orientation
-from .frame_folder import FrameFiles
-from .frame_ref import FrameRef
+from ..io.orientation import pair_orientation
+from .frame_folder import FrameFiles, camera_pose
+from .frame_ref import COLOUR_VIEW, DEPTH_VIEW, FrameRef, ReadingOptions
 from .naming import META_NAME, recorded_frame_name
 from .opening import opened
-from .reading_options import COLOUR_VIEW, DEPTH_VIEW, ReadingOptions
 from .registration import RawPair, register
-from .trajectories import camera_pose, stated_pose
+from .trajectories import stated_pose
 
 _NO_COLOUR_CAMERA = "depth has another size than colour: also give the intrinsics of colour (--intrinsics)."
 
@@ -161,8 +160,11 @@ def read_files(
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read, chosen = depth or depth_of_files(files, options, depth_file), options.or_else(files.options)
-    tags, turning, is_doubt = pair_orientation(rgb_file, colour, depth_file, read.metres)
-    colour, metres = turned(colour, tags[0]), turned(read.metres, tags[1])
+    metres, tags, turning, is_doubt = read.metres, AS_STORED, "", False
+    claims = [orientation_claim(rgb_file), orientation_claim(depth_file)]
+    if any(tag != 1 for tag, _ in claims):
+        tags, turning, is_doubt = pair_orientation(rgb_file, colour, depth_file, metres, claims)
+        colour, metres = turned(colour, tags[0]), turned(metres, tags[1])
     shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)
     if not is_same and chosen.depth_intrinsics is None:
         is_exchanged = shape == metres.shape[::-1]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.files import is_address
 from ..data.camera import CAMERA_DOUBT
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.guide import Gives
@@ -32,13 +33,12 @@ from ..io.frame_additions import (
 from ..io.kinds import kind_at
 from .copies import copied, restored, with_addresses
 from .frame_folder import FrameFiles, frame_folder, meta_beside, two_files
-from .frame_ref import COMPLETED_DEPTH, FrameRef, is_result
+from .frame_ref import COMPLETED_DEPTH, OPTIONS, FrameRef, ReadingOptions, is_result
 from .named_places import named_in, note_opened
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from .opening import is_recording, opened
 from .pairing import time_of
 from .read_images import depth_of_files, read_files, read_recorded
-from .reading_options import OPTIONS, ReadingOptions
 from .registration import RawPair
 
 
@@ -184,16 +184,18 @@ def read_frame(ref: FrameRef, *, name: str | None = None, beside: bool = True, w
         As `load_frame`, and as `FrameRef.allowed`.
     """
     own = ref.allowed()
-    with copied(own) as here:
-        loaded, issued = _read(here, name, beside)
+    if any(map(is_address, own.paths)):
+        with copied(own) as here:
+            loaded, issued = with_addresses(_read(here, name, beside))
+    else:
+        loaded, issued = _read(own, name, beside)
     for text in issued if warn else ():
-        warn_of_reading(restored(text))
-    loaded = loaded if here is own else with_addresses(loaded)
+        warn_of_reading(text)
     note_opened(*own.paths, *own.options.camera_paths.values(), *loaded.files)
     return loaded
 
 
-def _read(ref: FrameRef, name: str | None, beside: bool) -> tuple[RGBDFrame, list[str]]:
+def _read(ref: FrameRef, name: str | None, beside: bool) -> tuple[RGBDFrame, tuple[str, ...]]:
     """Read a frame on this machine; with plausibility warnings and what was left out."""
     if ref.frame is None:
         files = files_of(ref, beside=beside)
@@ -222,7 +224,7 @@ def _read(ref: FrameRef, name: str | None, beside: bool) -> tuple[RGBDFrame, lis
         issued += loaded.notes[known:]
     elif ref.options.ground_truth_units is not None:
         raise ParameterError("Ground truth units are given without ground truth: give its file, too.")
-    return loaded, issued
+    return loaded, tuple(issued)
 
 
 def files_of(ref: FrameRef, *, beside: bool = True) -> FrameFiles:

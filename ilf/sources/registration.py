@@ -22,7 +22,7 @@ from ..data.frame import (
 )
 from ..data.lenses import max_ray_tangent, places_in_image, seen_at, undistorted_view
 from ..errors import InputError
-from .reading_options import COLOUR_VIEW, DEPTH_VIEW
+from .frame_ref import COLOUR_VIEW, DEPTH_VIEW
 
 # A raw pair: colour and depth of two cameras, and the transform between them.
 

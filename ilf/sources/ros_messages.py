@@ -16,7 +16,8 @@ from .._runtime.files import FileContent
 from .._runtime.memory import check_memory
 from ..data.camera import Camera, fitted, lens_of, rigid_transform
 from ..errors import FormatError, InputError, told_as
-from ..io.depth import checked_depth_values, default_depth_units, eight_bit_error
+from ..io.depth import checked_depth_values, eight_bit_error
+from ..io.encodings import default_depth_units
 from ..io.images import image_header, read_colour, read_image
 from ..io.rvl import read_rvl, rvl_size
 from .trajectories import turned_and_moved

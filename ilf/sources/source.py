@@ -21,13 +21,12 @@ from ..io.cameras import IntrinsicsSpec, depth_place, frame_camera, intrinsics_f
 from ..io.encodings import EncodingSpec
 from .copies import copied
 from .frame_folder import frame_folder
-from .frame_ref import FrameRef
+from .frame_ref import AS_STATED, FrameRef, ReadingOptions
 from .listing import list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
 from .read_images import pose_of_files
 from .reading import files_of, read_frame, read_raw_pair
-from .reading_options import AS_STATED, ReadingOptions
 from .recording import Topics
 from .registration import RawPair
 from .times import MAX_TIME_GAP_S

@@ -1,5 +1,4 @@
-"""Camera poses: checked matrices, files in the forms of several programs, and the pose of a frame from those beside
-it."""
+"""Camera poses: checked matrices, and files in the forms of several programs."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from ..data.frame import RGBDFrame
 from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
 from ..io.cameras import CAMERA_FILE, read_cameras
-from ..io.depth import checked_units
+from ..io.encodings import checked_units
 from .times import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
@@ -296,61 +295,18 @@ def as_camera_to_world(pose: Matrix | None, maps: str, axes: str) -> Matrix | No
     return to_world @ OPENGL_AXES if axes == "y-up" else to_world
 
 
-# The pose of a frame, from the files beside it.
-
-_TRAJECTORY = "groundtruth.txt"
-_FOLDERS = "pose", "poses"
-_DEPTH_WORD = re.compile(r"[-_.]?depth$", re.IGNORECASE)
+# The poses of frames.
 
 
 def motion_between(before: RGBDFrame, after: RGBDFrame) -> Matrix | None:
-    """The transform of points [m] from the camera before to the camera after, (4, 4); None if not known.
-
-    Both frames must have poses, or come from files with poses beside them, see `camera_pose`.
-    """
-    start, end = (_pose_of(frame) for frame in (before, after))
-    return None if start is None or end is None else np.linalg.inv(end) @ start
+    """The transform of points [m] from the camera before to the camera after, (4, 4); None if a pose is not known."""
+    return None if before.pose is None or after.pose is None else np.linalg.inv(after.pose) @ before.pose
 
 
-def _pose_of(frame: RGBDFrame) -> Matrix | None:
-    if frame.pose is not None or frame.inputs is None or frame.inputs.frame is not None:
-        return frame.pose
-    return camera_pose(frame.inputs.depth.path)
-
-
-def camera_pose(depth: str | Path) -> Matrix | None:
-    """The camera pose of a frame: the transform of its points [m] to the world.
-
-    Parameters
-    ----------
-    depth : path
-        The frame's depth file. Its pose is searched in the layouts of the TUM benchmark (`groundtruth.txt` in the
-        parent folder, by the time in the file's name), 7-Scenes (`NAME.pose.txt` beside it, or `pose.txt`), and ScanNet
-        (`pose/NAME.txt` beside its folder).
-
-    Returns
-    -------
-    ndarray of float64, shape (4, 4), or None
-        x to the right, y down, z forward. None if there is no such file, or it does not contain the pose.
-    """
-    *single, many = pose_files(depth)
-    for place in single:
-        if os.path.isfile(place):
-            return _only_pose(place)
-    if not os.path.isfile(many):
-        return None
-    return pose_at_time(_of_all_frames(many, os.stat(many).st_mtime_ns).by_time, Path(depth).stem)
-
-
-def pose_files(depth: str | Path) -> tuple[Path, ...]:
-    """The files beside a depth file that may contain the pose of its frame; the last one, those of all frames."""
-    path = Path(depth)
-    name = _DEPTH_WORD.sub("", path.stem)
-    return (
-        path.with_name(f"{name}.pose.txt".lstrip(".")),
-        *(path.parent.parent / folder / f"{name}.txt" for folder in _FOLDERS),
-        path.parent.parent / _TRAJECTORY,
-    )
+def pose_in(path: Path, image: str) -> Matrix | None:
+    """The camera pose of an image, without its suffix, in a text file with the poses of all frames; None if it has
+    none at its time."""
+    return pose_at_time(_of_all_frames(path, os.stat(path).st_mtime_ns).by_time, image)
 
 
 def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame
-from ..io.depth import depth_in_metres
+from ..io.encodings import encoding_of
 from ..io.ros_output import encoded_depth, image_fields
 from ..sources.ros_messages import colour_of, depth_of
 
@@ -42,7 +42,7 @@ def frame_of_messages(colour: Any, depth: Any, info: Any = None, name: str = "fr
     camera = None
     if matrix is not None and matrix[0, 0] > 0:
         camera = Camera(matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
-    return RGBDFrame(colour_of(colour, _MESSAGE), depth_in_metres(values, units), camera, name)
+    return RGBDFrame(colour_of(colour, _MESSAGE), encoding_of(units).metres(values), camera, name)
 
 
 def depth_fields(depth: NDArray[np.float32], encoding: str = "32FC1") -> dict[str, Any]:

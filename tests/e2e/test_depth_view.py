@@ -7,9 +7,8 @@ from pytestqt.qtbot import QtBot
 
 from gui.features.documents.open_dialog import OpenDialog
 from gui.project import loading
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import DEPTH_VIEW, FrameRef, ReadingOptions
 from ilf.sources.reading import read_frame
-from ilf.sources.reading_options import DEPTH_VIEW, ReadingOptions
 from tests.ilf.two_cameras import write_pair
 
 from .conftest import export, in_front, loaded, readout

@@ -23,7 +23,7 @@ from gui.views.colours import depth_table
 from ilf._runtime.formatting import millimetres
 from ilf.evaluation.evaluation import evaluate_blocks
 from ilf.project.run_history import StoredRun
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import ReadingOptions
 
 from ..gui.states import edit
 from .conftest import answer, open_frame

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 from .conftest import loaded, open_frame, write_frame
 

@@ -8,8 +8,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from gui.state.entries import Entry
 from ilf.project.file import open_project
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 from .conftest import loaded, write_frame
 

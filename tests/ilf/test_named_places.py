@@ -21,10 +21,9 @@ from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.project_json import encode_project
 from ilf.project.recovery import find_recoverable_work
 from ilf.project.store import WorkFolder
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 from ilf.sources.named_places import NotAllowed, named_in, note_opened
 from ilf.sources.reading import read_frame
-from ilf.sources.reading_options import ReadingOptions
 
 from ..web_server import serving_folder
 from .batch_frames import work_in_this_process, write_frames

@@ -26,11 +26,10 @@ from ilf.io.camera_files import CAMERA_FILES
 from ilf.io.depth_doubts import PlausibilityWarning
 from ilf.io.encodings import ENCODING_DESCRIPTIONS
 from ilf.io.images import read_colour
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import DEPTH_VIEW, OPTIONS, FrameRef, ReadingOptions
 from ilf.sources.named_places import NotAllowed
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import recording_suffixes
-from ilf.sources.reading_options import DEPTH_VIEW, OPTIONS, ReadingOptions
 
 from ...base.paths import PROJECT_SUFFIX
 from ...widgets.basics import TAKES_FILES, combo, form, label_of, lay_out, row, stack, typed_list

@@ -22,7 +22,8 @@ from ilf._runtime.formatting import counted
 from ilf.data.frame import FrameInputs
 from ilf.data.results import Completion
 from ilf.errors import ParameterError
-from ilf.io.depth import UINT16_MAX, png_fit, precision_loss
+from ilf.io.depth import png_fit, precision_loss
+from ilf.io.encodings import UINT16_MAX
 from ilf.run.formats import BLOCKS, CAMERA, DEPTH, FORMATS
 from ilf.run.options import WORLD, ExportOptions
 from ilf.run.run import Run

@@ -11,7 +11,8 @@ import numpy as np
 from ilf._runtime.formatting import counted
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.flicker import flicker
-from ilf.io.depth import depth_in_metres, read_depth_values
+from ilf.io.depth import read_depth_values
+from ilf.io.encodings import encoding_of
 from ilf.project.recorded_frames import recorded_run
 from ilf.run.options import DEPTH_FILES
 from ilf.sources.frame_ref import FrameRef
@@ -130,5 +131,5 @@ def written_depth(folder: Path, units: float) -> Depth | None:
     for name, per_metre in (("npy", 1.0), ("tiff", 1.0), ("png", units)):
         path = folder / DEPTH_FILES[name]
         if path.exists():
-            return depth_in_metres(read_depth_values(path), per_metre)
+            return encoding_of(per_metre).metres(read_depth_values(path))
     return None

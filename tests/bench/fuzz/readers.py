@@ -30,12 +30,11 @@ from ilf.project.state_codec import load_state
 from ilf.run.data_sets import write_data_set
 from ilf.run.record import read_record
 from ilf.segmentation.edges.importing import add_model
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_folder import camera_pose
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 from ilf.sources.listing import list_frames
 from ilf.sources.opening import close_all
 from ilf.sources.reading import read_frame, stamp_of
-from ilf.sources.reading_options import ReadingOptions
-from ilf.sources.trajectories import camera_pose
 
 from .seeds import SHAPE
 

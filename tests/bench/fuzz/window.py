@@ -17,8 +17,7 @@ from gui.features.layouts import Arrangement, LayoutStore, NamedArrangement
 from gui.features.palette import CommandPalette
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 FILE = "ILF Studio/ilf-studio.ini"
 

@@ -14,8 +14,7 @@ from gui.features.frame_list.panel import FramesPanel
 from gui.state.entries import Entry
 from gui.work.jobs import stop_workers
 from ilf.project.project import FrameSummary, Stage
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 from tests.gui.naming import unnamed
 
 SUMMARIES = {

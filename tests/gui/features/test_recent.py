@@ -7,8 +7,7 @@ from PySide6.QtCore import QSettings
 
 from gui.features.documents.recent import MOST, RecentMenu, name_of
 from ilf.data.camera import Camera
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 WRONG_OPTIONS = (
     {"depth_units": "1000"},

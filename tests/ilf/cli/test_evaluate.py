@@ -12,7 +12,7 @@ import ilf
 from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.installation import asset_path
 from ilf.cli import main
-from ilf.cli.run_output import completion_record, completion_report, errors_of
+from ilf.cli.output import completion_record, completion_report, errors_of
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import UserPreset, write_preset
 from ilf.evaluation.evaluation import evaluate_completion

@@ -9,7 +9,7 @@ import numpy as np
 
 import ilf
 from ilf.io.cameras import intrinsics_from
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import ReadingOptions
 
 BUILT_UP = {"ilf.batch.engine.Counts"}
 """Those that are filled step by step, and seen by nobody else meanwhile."""
@@ -18,7 +18,7 @@ OWNED = {"ilf.project.run_history.StoredRun", "ilf.stream.stream.StreamStatistic
 """Those that one owner works on, and gives copies of."""
 
 
-COMPARABLE = {"ilf.sources.reading_options.ReadingOptions"}
+COMPARABLE = {"ilf.sources.frame_ref.ReadingOptions"}
 """Those that turn arrays into tuples."""
 
 

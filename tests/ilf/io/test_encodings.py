@@ -14,7 +14,7 @@ import ilf
 from ilf.cli import main
 from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
-from ilf.io.depth_reading import decoded
+from ilf.io.depth import decoded
 from ilf.io.encodings import ENCODING_DESCRIPTIONS, ENCODINGS, encoding_of, encoding_of_inputs
 from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef

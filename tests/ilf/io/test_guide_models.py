@@ -23,7 +23,7 @@ from ilf.data.guide import GuideCard
 from ilf.errors import Cancelled, ExportError, FormatError, InputError
 from ilf.io import guide_models
 from ilf.io.guide_models import fetch_guide, guide_cards, guide_file, guides_folder
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import ReadingOptions
 
 from ...web_server import serving
 from ..batch_frames import work_in_this_process

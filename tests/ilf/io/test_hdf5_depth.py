@@ -16,9 +16,8 @@ from ilf.io.images import encode_image, read_colour
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 from ilf.sources.reading import read_frame
-from ilf.sources.reading_options import ReadingOptions
 
 H, W = 24, 32
 NEAR = np.linspace(1, 2, H * W, dtype=np.float32).reshape(H, W)

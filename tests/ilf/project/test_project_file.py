@@ -18,8 +18,7 @@ from ilf.project.file import open_project, save_project
 from ilf.project.project import FrameSummary, Project, ProjectFrame, Stage
 from ilf.project.sources import MissingSource, source_part
 from ilf.project.state_codec import UnreadableFrame, frame_part
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 from ..project_states import assert_same, made_frame, rich_state, small_frame
 from ..small_frames import write_small_frame

@@ -7,8 +7,7 @@ import pytest
 
 from ilf.data.frame import InputFile
 from ilf.project.sources import MissingSource, Places, located, moved
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 
 def put(path: Path, content: bytes = b"") -> Path:

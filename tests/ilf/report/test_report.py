@@ -29,8 +29,7 @@ from ilf.project.run_history import StoredRun
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
 from ilf.run.run import Run
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import ReadingOptions
+from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 from ..small_frames import write_small_frame
 from ..small_runs import small_run

@@ -21,7 +21,8 @@ from ilf.data.results import compose
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.block_files import read_blocks
 from ilf.io.cameras import frame_camera, intrinsics_from
-from ilf.io.depth import depth_in_metres, read_depth_values
+from ilf.io.depth import read_depth_values
+from ilf.io.encodings import encoding_of
 from ilf.io.polygons import compressed, run_lengths
 from ilf.run.formats import FORMATS
 from ilf.run.options import ExportOptions
@@ -73,7 +74,7 @@ def test_depth_is_read_back_with_its_missing_pixels(completion, out):
     raw = np.asarray(Image.open(out / "depth.tum.png"))
     np.testing.assert_array_equal(raw == 0, np.isnan(depth))
     np.testing.assert_allclose(raw / 5000, np.nan_to_num(depth), atol=0.0001001)
-    again = depth_in_metres(read_depth_values(out / "depth.tum.png"), 5000)
+    again = encoding_of("tum").metres(read_depth_values(out / "depth.tum.png"))
     np.testing.assert_allclose(again, depth, atol=0.0001001)
 
 

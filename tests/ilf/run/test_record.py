@@ -15,8 +15,7 @@ import pytest
 import ilf
 from ilf._runtime.installation import asset_path
 from ilf.errors import FormatError
-from ilf.run.record import array_sha256, make_record, read_record, to_json
-from ilf.run.versions import library_versions
+from ilf.run.record import array_sha256, library_versions, make_record, read_record, to_json
 
 from ..small_frames import QUICK
 from ..small_runs import OPTIONS, changed, small_run, with_drawn_border, with_invalid_mask, written
@@ -177,7 +176,7 @@ def test_versions_are_those_of_the_distribution_that_is_there(monkeypatch):
             raise importlib.metadata.PackageNotFoundError(name)
         return found[name]
 
-    monkeypatch.setattr("ilf.run.versions.version", version)
+    monkeypatch.setattr("ilf.run.record.version", version)
     monkeypatch.setattr("cv2.__version__", "5.0.0")
     expected = {"python": platform.python_version(), "numpy": np.__version__, "scipy": "1.15", "onnxruntime": "1.22"}
     assert library_versions() == expected | {"opencv": "5.0.0", "numba": None}

@@ -22,8 +22,7 @@ from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.reading_options import OPTIONS, ReadingOptions
+from ilf.sources.frame_ref import OPTIONS, FrameRef, ReadingOptions
 
 from ..small_frames import write_small_frame
 
@@ -373,6 +372,17 @@ def test_bad_meta_is_refused_by_name(meta, message, folder):
     with pytest.raises(InputError, match=message) as caught:
         ilf.load_frame(root)
     assert str(root) in str(caught.value)
+
+
+@pytest.mark.parametrize("meta", [None, {"depth_units_per_m": 1000}])
+@pytest.mark.parametrize("as_folder", [True, False])
+def test_images_in_a_folder_ask_no_reader_of_recordings(as_folder, meta, tmp_path, monkeypatch):
+    files = write_small_frame(tmp_path)
+    if meta is not None:
+        (tmp_path / "meta.json").write_text(json.dumps(meta))
+    monkeypatch.setattr("ilf.sources.opening.built_in_kinds", lambda: pytest.fail("a reader of recordings was asked"))
+    frame = ilf.load_frame(tmp_path) if as_folder else ilf.load_frame(*files)
+    assert frame.shape == (60, 80)
 
 
 def test_one_file_alone_is_no_frame(colour):

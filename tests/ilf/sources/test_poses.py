@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.sources.trajectories import camera_pose, motion_between, read_trajectory
+from ilf.sources.frame_folder import camera_pose
+from ilf.sources.trajectories import motion_between, read_trajectory
 
 from ..small_frames import write_small_frame
 
@@ -54,15 +55,14 @@ def test_what_is_no_pose_is_none(tmp_path, text):
 
 
 def test_motion_between_frames(tmp_path):
-    frames = []
-    for number in (1, 2):
-        (tmp_path / str(number)).mkdir()
-        rgb, depth = write_small_frame(tmp_path / str(number))
-        frames.append(ilf.load_frame(rgb, depth))
-    before, after = frames
-    assert motion_between(before, after) is None
-    write_matrix(tmp_path / "1" / "pose.txt", np.eye(4))
-    assert motion_between(before, after) is None
-    write_matrix(tmp_path / "2" / "pose.txt")
-    assert np.allclose(motion_between(before, after), np.linalg.inv(TURN))
-    assert motion_between(before, ilf.RGBDFrame(after.rgb, after.depth)) is None
+    poses = {"unknown": None, "start": np.eye(4), "end": TURN}
+    frames = {}
+    for name, pose in poses.items():
+        (tmp_path / name).mkdir()
+        files = write_small_frame(tmp_path / name)
+        if pose is not None:
+            write_matrix(tmp_path / name / "pose.txt", pose)
+        frames[name] = ilf.load_frame(*files)
+    assert np.allclose(motion_between(frames["start"], frames["end"]), np.linalg.inv(TURN))
+    assert motion_between(frames["start"], frames["unknown"]) is None
+    assert motion_between(frames["unknown"], frames["end"]) is None

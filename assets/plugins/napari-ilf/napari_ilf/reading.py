@@ -15,7 +15,7 @@ import ilf
 from ilf._runtime.files import read_file
 from ilf._runtime.installation import asset_path
 from ilf.drawing.colours import robust_depth_levels, robust_error_levels
-from ilf.io.depth_reading import read_depth
+from ilf.io.depth import read_depth
 from ilf.project.exporting import run_and_completion
 from ilf.run.options import ERROR_FILES, RECORD_FILE
 from ilf.sources.naming import META_NAME
