@@ -38,7 +38,8 @@ def write_file(path: Path, values: Any) -> Path:
     return path
 
 
-def write_pair(folder: Path, depth: Any, name: str = "depth.png", colour: Any = (48, 64)) -> tuple[Path, Path]:
-    """Write rgb.png, grey where only its shape is given, and depth; returns their paths."""
-    grey = np.full((*colour, 3), 90, np.uint8) if isinstance(colour, tuple) else colour
-    return write_file(folder / "rgb.png", grey), write_file(folder / name, depth)
+def write_rgbd(folder: Path, depth: Any, name: str = "depth.png", colour: Any = None) -> tuple[Path, Path]:
+    """Write rgb.png, which is grey in the shape that is given or that of depth, and depth; returns their paths."""
+    if not isinstance(colour, np.ndarray):
+        colour = np.full((*(colour or depth.shape[:2]), 3), 90, np.uint8)
+    return write_file(folder / "rgb.png", colour), write_file(folder / name, depth)

@@ -15,7 +15,7 @@ from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.encodings import encoding_of
 from ilf.sources.layout import layouts_from_file
 from ilf.sources.layouts import all_layouts, built_in_layouts
-from tests.ilf.image_files import write_file, write_pair
+from tests.ilf.image_files import write_file, write_rgbd
 
 H, W = 48, 64
 METRES = (1.5 + 0.007 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
@@ -331,7 +331,7 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path):
 
 
 def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tmp_path, cli):
-    files = [str(path) for path in write_pair(tmp_path, 1000 * METRES, colour=(96, 128))]
+    files = [str(path) for path in write_rgbd(tmp_path, 1000 * METRES, colour=(96, 128))]
     assert "--intrinsics and --depth-intrinsics" in cli("complete", *files, "--out", tmp_path / "out", status=1).err
     with pytest.raises(InputError, match="also give the intrinsics of colour"):
         ilf.load_frame(*files, depth_intrinsics=(60, 60, 31.5, 23.5))
