@@ -98,18 +98,6 @@ def test_margin_belongs_to_no_block(frame):
     assert blocks[7:-7, 7:-7].all()
 
 
-def test_white_border_is_found_and_bright_walls_are_not_one(frame):
-    framed = frame.rgb.copy()
-    framed[:6] = framed[-5:] = 255
-    framed[:, :4] = framed[:, -8:] = 255
-    assert find_margins(framed) == (6, 5, 4, 8)
-    assert find_margins(frame.rgb) == (0, 0, 0, 0)
-    assert find_margins(np.full((100, 100, 3), 255, np.uint8)) == (0, 0, 0, 0)
-    ceiling = frame.rgb.copy()
-    ceiling[:10] = 255
-    assert find_margins(ceiling) == (0, 0, 0, 0)
-
-
 @pytest.mark.parametrize(("level", "dark", "expected"), [(240, 4, 3), (240, 5, 0), (239, 0, 0)])
 def test_a_border_is_white_to_nine_tenths(level, dark, expected):
     """Lines of 40 pixels, of which 4 may be dark, and white from 240 on in all channels."""
@@ -156,18 +144,6 @@ def test_a_threshold_is_otsus_or_the_chosen_one():
     found = np.flatnonzero(otsu_edges(strength, 0.0)[0])
     assert {20, 30} <= set(found) <= {10, 20, 30}
     assert not otsu_edges(np.zeros((10, 40), np.float32), 0.0).any()
-
-
-def test_jumps_need_known_depth_nearby_and_scale_with_distance():
-    depth = np.full((40, 60), 1.0, np.float32)
-    depth[:, 30:] = 2.0
-    assert np.array_equal(np.flatnonzero(find_relief(depth, 0.04, 0.04).edges.all(axis=0)), [29])
-    depth[:, 15:45] = np.nan
-    assert not find_relief(depth, 0.04, 0.04).edges.any()
-    far = np.full((20, 40), 5.0, np.float32)
-    far[:, 20:] = 5.15
-    assert not find_relief(far, 0.04, 0.04).edges.any()
-    assert find_relief(far, 0.04, 0.02).edges.any()
 
 
 def test_no_depth_has_no_relief():
