@@ -156,17 +156,6 @@ def test_anything_but_a_frame_is_refused_with_what_to_give(given, small_labels):
             call()
 
 
-def test_fill_and_denoise_changes_the_whole_block(small_frame, small_labels):
-    parameters = ilf.preset("paper", mode="fill+denoise")
-    result = ilf.complete(small_frame, small_labels, parameters)
-    stepper = ilf.iterate(small_frame, small_labels, 1, parameters)
-    list(stepper)
-    assert np.array_equal(result.depth[small_labels == 1], stepper.surface.astype(np.float32))
-    known = small_frame.known
-    assert (result.depth[known] != small_frame.depth[known]).mean() > 0.9
-    assert np.array_equal(result.filled, ~known)
-
-
 def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame):
     depth = small_frame.depth.copy()
     depth[:, 30:] = np.nan
@@ -207,14 +196,6 @@ def test_tiny_blocks_do_no_harm(small_frame, size):
     assert result.outcomes[1].status is Status.NOT_RECOVERABLE
     assert result.outcomes[2].status in (Status.COMPLETED, Status.ITERATION_LIMIT)
     assert np.isfinite(result.depth[labels == 2]).all()
-
-
-def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labels):
-    everything = ilf.complete(small_frame, small_labels)
-    results = {}
-    for label in (2, 1):
-        results |= ilf.Run(small_frame, small_labels, only={label}).complete().results
-    assert np.array_equal(compose(everything.run, results).depth, everything.depth)
 
 
 @pytest.mark.parametrize("threads", [1, 2])

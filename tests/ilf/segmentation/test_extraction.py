@@ -74,23 +74,6 @@ def test_a_crease_is_a_boundary_that_colour_does_not_show():
     assert ilf.extract_blocks(frame, ilf.BlockParameters(use_creases=True, granularity=0.0)).max() == 1
 
 
-def test_granularity_goes_from_few_blocks_to_many():
-    """Weaker and weaker edges of colour, and one jump, which parts at any granularity."""
-    rgb = np.full((120, 200, 3), 40, np.uint8)
-    for number, level in enumerate((240, 200, 175, 160), 1):
-        rgb[:, 40 * number :] = level
-    depth = np.full((120, 200), 2.0)
-    depth[60:] = 3.0
-    frame = ilf.RGBDFrame(rgb, depth)
-    counts = [ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value / 4)).max() for value in range(5)]
-    assert counts == sorted(counts)
-    assert counts[0] == 2
-    assert counts[-1] > counts[0]
-    for value in (0.0, 1.0):
-        blocks = ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value))
-        assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
-
-
 def test_margin_belongs_to_no_block(frame):
     blocks = ilf.extract_blocks(frame, ilf.BlockParameters(margin=7))
     assert not blocks[:7].any()
