@@ -198,6 +198,14 @@ def test_tiny_blocks_do_no_harm(small_frame, size):
     assert np.isfinite(result.depth[labels == 2]).all()
 
 
+def test_running_some_blocks_composes_to_the_same_as_all(small_frame, small_labels):
+    everything = ilf.complete(small_frame, small_labels)
+    results = {}
+    for label in (2, 1):
+        results |= ilf.Run(small_frame, small_labels, only={label}).complete().results
+    assert np.array_equal(compose(everything.run, results).depth, everything.depth)
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_cancelling_by_exception(small_frame, small_labels, threads):
     def stop(progress):

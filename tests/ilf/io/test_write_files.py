@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ilf._runtime.writing import write_bytes
+from ilf._runtime.writing import atomic_path, write_bytes
 from ilf.data.points import PointCloud
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.data.surface import Mesh
@@ -124,6 +124,19 @@ def test_a_folder_that_lets_nobody_write(tmp_path, monkeypatch):
     with pytest.raises(ExportError, match=r"(?i)permission denied"):
         write_depth(tmp_path / "depth.png", DEPTH)
     assert not list(tmp_path.iterdir())
+
+
+def test_errors_in_the_block_pass_through_and_leave_nothing(tmp_path):
+    def write_half():
+        with atomic_path(tmp_path / "x.txt") as temporary:
+            assert temporary.parent == tmp_path
+            assert temporary.suffix == ".txt"
+            temporary.write_text("half")
+            raise ParameterError("own")
+
+    with pytest.raises(ParameterError, match="own"):
+        write_half()
+    assert list(tmp_path.iterdir()) == []
 
 
 # --- depth

@@ -81,6 +81,18 @@ def test_margin_belongs_to_no_block(frame):
     assert blocks[7:-7, 7:-7].all()
 
 
+def test_white_border_is_found_and_bright_walls_are_not_one(frame):
+    framed = frame.rgb.copy()
+    framed[:6] = framed[-5:] = 255
+    framed[:, :4] = framed[:, -8:] = 255
+    assert find_margins(framed) == (6, 5, 4, 8)
+    assert find_margins(frame.rgb) == (0, 0, 0, 0)
+    assert find_margins(np.full((100, 100, 3), 255, np.uint8)) == (0, 0, 0, 0)
+    ceiling = frame.rgb.copy()
+    ceiling[:10] = 255
+    assert find_margins(ceiling) == (0, 0, 0, 0)
+
+
 @pytest.mark.parametrize(("level", "dark", "expected"), [(240, 4, 3), (240, 5, 0), (239, 0, 0)])
 def test_a_border_is_white_to_nine_tenths(level, dark, expected):
     """Lines of 40 pixels, of which 4 may be dark, and white from 240 on in all channels."""

@@ -37,6 +37,23 @@ def test_a_straight_border_moves_to_the_pixel(column, reach):
         assert np.array_equal(after, _halves(column))
 
 
+def test_only_the_drawn_stretch_moves():
+    after = _redrawn(_halves(40), [(40.0, 10.0), (30.0, 10.0), (30.0, 50.0), (40.0, 50.0)])
+    wanted = _halves(40)
+    wanted[10:50, 30:40] = 2
+    assert np.array_equal(after, wanted)
+
+
+def test_a_line_that_crosses_the_old_border_sweeps_on_both_sides():
+    rows, columns = np.mgrid[:60, :80] + 0.5
+    wavy = np.where(columns < 40 + 5 * np.sin(rows / 4), 1, 2).astype(np.int32)
+    assert np.array_equal(_redrawn(wavy, [(40.0, -1.0), (40.0, 61.0)]), _halves(40))
+    part = _redrawn(wavy, [(38.0, 15.0), (40.0, 20.0), (40.0, 40.0), (41.0, 46.0)])
+    assert np.array_equal(part[20:40], _halves(40)[20:40])
+    assert np.array_equal(part[:13], wavy[:13])
+    assert np.array_equal(part[48:], wavy[48:])
+
+
 @pytest.mark.parametrize("start", [10.0, 19.0, 21.0, 23.0])
 def test_a_line_begins_at_the_third_block_that_both_touch(start):
     labels, wanted = _halves(40), _halves(30)

@@ -52,6 +52,17 @@ def test_what_stays_is_untouched_and_what_is_new_is_watertight(present, kept, fr
     assert cut[lost].all()
 
 
+def test_slivers_go_to_the_longest_border_also_through_other_slivers():
+    fresh = np.array([[1, 1, 1, 1, 2, 2, 3, 3, 4, 4, 4, 4]] * 4, np.int32)
+    present = np.zeros_like(fresh)
+    present[:3, 4:8] = 7
+    present[3, 7] = 7
+    # what is left of 2 and of 3 lies in the last row: 2 beside 1, and 3 behind it
+    result = fill_around(present, {7}, fresh, 5)
+    assert result[3].tolist() == [1, 1, 1, 1, 1, 1, 1, 7, 2, 2, 2, 2]
+    assert (result[present == 7] == 7).all()
+
+
 def test_by_hand_is_what_the_extraction_did_not_give():
     extracted = np.repeat(np.int32([[1, 2, 3, 4, 5]]), 3, axis=0)
     present = extracted.copy()

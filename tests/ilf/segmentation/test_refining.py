@@ -58,6 +58,34 @@ def test_where_depth_is_missing_colour_decides_and_without_an_edge_the_border_st
     assert np.count_nonzero(moved[12:36]) <= 24, "at most a pixel per row"
 
 
+def test_the_blocks_of_three_meet_at_their_edges(small_frame):
+    rgb = small_frame.rgb.copy()
+    rgb[24:, EDGE:] = (230, 220, 60)
+    truth = np.ones((48, 64), np.int32)
+    truth[:24, EDGE:], truth[24:, EDGE:] = 2, 3
+    frame = RGBDFrame(rgb, small_frame.depth)
+    labels = np.roll(truth, (3, 3), (0, 1))
+    labels[:3], labels[:, :3] = labels[3], 1
+    after = _after(frame, labels, _band(truth.shape, (32, 12), (32, 36)))
+    beside = np.ones(truth.shape, bool)
+    beside[:, EDGE - 1 : EDGE + 1] = False
+    beside[22:26] = False
+    wrong = [np.count_nonzero((found != truth)[14:34, 28:37] & beside[14:34, 28:37]) for found in (labels, after)]
+    assert wrong[0] > 30
+    assert wrong[1] == 0, "right to the pixel beside the edges"
+
+
+def test_locked_blocks_and_bands_without_a_border_stay(small_frame, shifted):
+    evidence, band = _evidence(small_frame), _band(small_frame.shape, (33, 10), (33, 38))
+    assert refine_borders(small_frame, evidence, shifted, band, [2]) is None
+    assert refine_borders(small_frame, evidence, shifted, _band(small_frame.shape, (10, 10), (10, 30))) is None
+    three = shifted.copy()
+    three[20:28] = 3
+    after = _after(small_frame, three, band, locked=(3,))
+    assert np.array_equal(after == 3, three == 3)
+    assert (after[14:20, EDGE:] == 2).all()
+
+
 def test_no_block_has_a_border_too_and_a_block_in_the_band_does_not_vanish(small_frame, shifted):
     band = _band(small_frame.shape, (33, 10), (33, 38))
     none = np.where(shifted == 1, 0, shifted).astype(np.int32)

@@ -58,6 +58,13 @@ def test_a_line_snaps_to_what_speaks_for_a_border(by):
     assert np.abs(held[:, 0] - 55).max() <= 2
 
 
+def test_depth_outweighs_a_colour_edge_on_a_surface():
+    rgb = np.where((COLUMNS < 54)[..., None], 60, 180).repeat(3, axis=2).astype(np.uint8)
+    evidence = border_evidence(_frame(np.where(COLUMNS < 60, 1.0, 2.0), rgb), WEAK)
+    snapped = np.array(snap([(56.0, 5.0), (56.0, 75.0)], evidence, 8))
+    assert np.abs(snapped[:, 0] - 60).max() < 1.2
+
+
 @pytest.mark.parametrize("what", ["jump", "fold"])
 def test_two_surfaces_in_a_block_are_parted_where_they_meet(what):
     right = COLUMNS > 70

@@ -59,6 +59,17 @@ def test_every_colour_format(tmp_path, colour):
         assert pair.inputs.frame == source.keys[number]
 
 
+def test_a_frame_is_registered_and_replayed(tmp_path):
+    source = ilf.open_source(write_azure(tmp_path / "a.mkv", frames=2))
+    frame = source.read(source.keys[1])
+    assert frame.shape == (720, 1280)
+    assert np.nanmedian(frame.depth) == pytest.approx(1.001, abs=1e-3)
+    assert frame.outside_view is not None
+    again = ilf.load_frame(**frame.sources)
+    assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+    assert again.inputs == frame.inputs
+
+
 @pytest.mark.parametrize(
     ("mode", "size", "focal", "centre"),
     [

@@ -7,7 +7,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.data.camera import Camera, camera_doubt
+from ilf.data.camera import CAMERA_DOUBT, Camera, camera_doubt
 from ilf.errors import DepthWarning, InputError
 from ilf.io.images import encode_image
 from tests.ilf.image_files import write_rgbd
@@ -87,6 +87,15 @@ def test_two_cameras_may_be_mappings_with_matrices(files, tmp_path):
     )
     frame = ilf.load_frame(*files, intrinsics={"K": colour}, depth_intrinsics={"K": depth})
     assert frame.intrinsics.fx == 131
+
+
+def test_the_camera_of_depth_of_another_size_is_doubted(files, tmp_path):
+    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES[::2, ::2]))
+    with pytest.warns(DepthWarning, match=f"Depth camera: {CAMERA_DOUBT}.*160 x 120"):
+        frame = ilf.load_frame(
+            *files, intrinsics=(131.25, 131.25, 79.5, 59.5), depth_intrinsics=(130.0, 130.0, 79.5, 59.5)
+        )
+    assert "Depth camera" in frame.notes[0]
 
 
 @pytest.mark.parametrize("is_stated", [True, False])

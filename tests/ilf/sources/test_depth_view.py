@@ -34,6 +34,20 @@ def pair_of(depth: np.ndarray, shift: float, rgb: np.ndarray = SHADES, **more: o
     return RawPair(rgb, depth, CAMERA, CAMERA, beside(shift), **more)
 
 
+@pytest.mark.parametrize("shift", [0.1, -0.1, 0.0, 0.05])
+def test_a_plane_has_the_colour_of_its_disparity_and_depth_as_measured(shift):
+    pair = pair_of(np.full((H, W), 2.0), shift)
+    frame = register(pair, "depth")
+    np.testing.assert_array_equal(frame.depth, pair.depth)
+    assert frame.intrinsics == CAMERA.pinhole
+    assert frame.outside_view is None
+    columns = np.arange(W) - FOCAL * shift / 2.0  # focal length times distance of the cameras / depth
+    inside = (columns >= -0.5) & (columns < W - 0.5)
+    np.testing.assert_array_equal(frame.brought.seen, np.broadcast_to(inside, (H, W)))
+    wanted = np.where(inside, 2 * np.clip(columns, 0, W - 1) + 30, 0)
+    assert np.abs(frame.rgb[..., 0] - wanted).max() <= 1
+
+
 def test_missing_depth_has_the_colour_of_the_plane_around_it_and_stays_missing():
     columns = np.arange(W)
     plane = np.broadcast_to(1 / (0.4 + 0.004 * columns), (H, W))

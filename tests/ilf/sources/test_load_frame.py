@@ -1,5 +1,6 @@
 """Reading frames: every format exactly, and every hostile file with one clear message."""
 
+import hashlib
 import inspect
 import io
 import json
@@ -17,11 +18,14 @@ from PIL import Image, ImageCms
 
 import ilf
 from ilf._runtime.schema import Section
+from ilf.data.frame import FrameInputs, InputFile
 from ilf.errors import FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading_options import OPTIONS, ReadingOptions
+
+from ..small_frames import write_small_frame
 
 H, W = 24, 32
 RNG = np.random.default_rng(7)
@@ -377,6 +381,16 @@ def test_one_file_alone_is_no_frame(colour):
 
 
 # --- real frames
+
+
+def test_the_hash_is_of_the_bytes_that_were_read(tmp_path):
+    colour, depth = write_small_frame(tmp_path)
+    read = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in (colour, depth)}
+    frame = ilf.load_frame(colour, depth)
+    depth.write_bytes(b"another file")
+    assert frame.inputs == FrameInputs(
+        InputFile(str(colour), read[colour]), InputFile(str(depth), read[depth]), 1000.0, None
+    )
 
 
 EVERY_OPTION = ReadingOptions(

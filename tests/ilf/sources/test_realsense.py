@@ -42,6 +42,13 @@ def test_a_transform_without_a_message_says_nothing(tmp_path, silent):
         source.read(source.keys[0])
 
 
+def test_depth_units_of_the_camera_count(tmp_path):
+    source = ilf.open_source(write_viewer_bag(tmp_path, units=0.0001))
+    pair = source.read_pair(source.keys[0])
+    assert pair.depth[0, 0] == np.float32(0.15)
+    assert pair.inputs.depth_units == 10_000
+
+
 # the library of the maker, with a device of software
 
 
