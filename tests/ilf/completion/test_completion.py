@@ -156,6 +156,17 @@ def test_anything_but_a_frame_is_refused_with_what_to_give(given, small_labels):
             call()
 
 
+def test_fill_and_denoise_changes_the_whole_block(small_frame, small_labels):
+    parameters = ilf.preset("paper", mode="fill+denoise")
+    result = ilf.complete(small_frame, small_labels, parameters)
+    stepper = ilf.iterate(small_frame, small_labels, 1, parameters)
+    list(stepper)
+    assert np.array_equal(result.depth[small_labels == 1], stepper.surface.astype(np.float32))
+    known = small_frame.known
+    assert (result.depth[known] != small_frame.depth[known]).mean() > 0.9
+    assert np.array_equal(result.filled, ~known)
+
+
 def test_blocks_without_enough_depth_are_reported_and_stay_missing(small_frame):
     depth = small_frame.depth.copy()
     depth[:, 30:] = np.nan
