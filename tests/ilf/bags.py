@@ -2,7 +2,7 @@
 
 import itertools
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -82,6 +82,13 @@ class Bag:
             data=data.ravel(),
         )
         self.write(topic, message, stamp if received is None else received)
+
+    def pair(
+        self, depth: np.ndarray = DEPTH, encoding: str = "16UC1", topics: Sequence[str] = ("/rgb", "/depth")
+    ) -> None:
+        """`COLOUR` and depth, at the start."""
+        self.image(topics[0], COLOUR, "rgb8", 0)
+        self.image(topics[1], depth, encoding, 0)
 
     def compressed(self, topic: str, data: bytes, what: str, stamp: int, frame_id: str = "colour") -> None:
         message = self.make(
@@ -177,6 +184,17 @@ def storage_of(folder: Path, kind: str, name: str = "recording") -> Path:
 def compressed_depth(values: np.ndarray) -> bytes:
     """Data of a compressedDepth message of millimetres."""
     return struct.pack("<iff", 0, 0.0, 0.0) + cv2.imencode(".png", values)[1].tobytes()
+
+
+def quantised_depth(values: np.ndarray) -> bytes:
+    """Data of a compressedDepth message of metres: inverse depth, as the plugin quantises it."""
+    scale, shift = 2000.0, 10.0
+    inverse = np.where(values > 0, np.rint(1000 * scale / np.maximum(values, 1) + shift), 0).astype(np.uint16)
+    return struct.pack("<iff", 0, scale, shift) + cv2.imencode(".png", inverse)[1].tobytes()
+
+
+def in_metres(millimetres: np.ndarray) -> np.ndarray:
+    return np.where(millimetres > 0, millimetres / 1000, np.nan).astype(np.float32)
 
 
 def write_aligned(folder: Path, kind: str, frames: int = 3, name: str = "recording") -> Path:

@@ -20,7 +20,6 @@ HOLE = (ROWS >= 15) & (ROWS < 45) & (COLUMNS >= 20) & (COLUMNS < 60)
 PATCH = (ROWS >= 26) & (ROWS < 34) & (COLUMNS >= 36) & (COLUMNS < 44)
 ONE = np.ones(SHAPE, np.int32)
 QUICK = ilf.preset(edges="canny", correction=False)
-NONE = np.full(SHAPE, np.nan, np.float32)
 
 
 def _frame(depth: np.ndarray = PLANE, hole: np.ndarray = HOLE) -> ilf.RGBDFrame:

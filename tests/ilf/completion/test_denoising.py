@@ -72,17 +72,6 @@ def test_a_polynomial_is_found_through_noise_and_across_a_gap_but_not_where_ther
     assert polynomial_trend(waves, everywhere, noise) is None
 
 
-def test_a_polynomial_must_be_certain_in_the_blocks_holes_and_nowhere_else():
-    """Of 24 x 30 pixels a corner is missing: a hole that it would have to be certain in, or where the block ends."""
-    surface = 2 + 0.1 * (COLUMNS[:24, :30] / 15 - 1) ** 2
-    depth = (surface + 0.005 * np.random.default_rng(RNG_SEED).standard_normal(surface.shape)).astype(np.float32)
-    corner = np.zeros(depth.shape, bool)
-    corner[:15, :19] = True
-    assert polynomial_trend(np.where(corner, np.float32(np.nan), depth), np.ones_like(corner), Noise(0.005)) is None
-    found = polynomial_trend(depth, ~corner, Noise(0.005))
-    assert _rms((found - surface)[~corner]) < 0.001
-
-
 @pytest.mark.parametrize("grain", [1.0, 4.0])
 def test_what_a_trend_leaves_stays_as_far_as_its_mean_over_squares_is_beyond_noise(grain):
     """A share 1 - (5 / z)^2 of it, z being the larger of the means of known pixels over 3 x 3 and 7 x 7, in deviations

@@ -50,21 +50,6 @@ def test_no_depth_gets_across_a_drawn_border(ground_truth, changes):
         assert off["extracted"].mean() > 0.03
 
 
-def test_where_the_border_is_not_drawn_depth_still_counts_on_both_sides():
-    """One surface that an extracted border crosses: what lies beyond it helps, also beside a stretch that is drawn."""
-    frame = _grey(np.where(LABELS == 1, PLANES, 2.0), HOLE)
-    upper = _border(LABELS) & (ROWS < 45)
-    depth = {
-        name: ilf.complete(frame, LABELS, drawn=drawn).depth
-        for name, drawn in (("none", None), ("upper", upper), ("all", _border(LABELS)))
-    }
-    apart = {name: np.abs(depth[name] - depth["all"]) for name in ("none", "upper")}
-    beside = HOLE & _border(LABELS) & (LABELS == 1)  # the other block is limited to its constant depth
-    low, high = beside & (ROWS > 75), beside & (ROWS < 34)
-    assert apart["upper"][low].mean() > 0.03
-    assert apart["upper"][high].mean() < apart["none"][high].mean() / 5
-
-
 def test_a_blocks_result_depends_on_drawn_pixels_of_its_own_border_alone():
     frame, border = _grey(PLANES), _border(LABELS)
     drawn = (border, border & (LABELS == 1), None, ~border)

@@ -68,17 +68,6 @@ def test_a_hole_across_a_colour_edge_is_filled_from_both_sides():
     assert seen.mean() < blind.mean() / 5
 
 
-def test_a_boundary_drawn_by_hand_parts_what_colour_does_not():
-    frame = _grey(ACROSS)
-    halves = np.where(COLUMNS < 80, 1, 2).astype(np.int32)
-    deep = HOLE & (np.abs(COLUMNS - 79.5) > 15)
-    parted = np.abs(ilf.complete(frame, halves, _best()).depth - JUMP)
-    joined = np.abs(ilf.complete(frame, _whole(frame), _best()).depth - JUMP)
-    assert parted[deep].mean() < 0.03
-    assert parted[deep].mean() < joined[deep].mean() / 3
-    assert parted[HOLE & (np.abs(COLUMNS - 79.5) > 4)].max() < 0.3, "nearer to the other side's depth"
-
-
 def test_leaking_depth_does_not_exceed_a_blocks_own_unless_most_of_that_is_missing():
     near = COLUMNS < 80
     most = (ROWS >= 10) & (ROWS < 110) & (COLUMNS >= 4) & (COLUMNS < 120)

@@ -216,23 +216,6 @@ def test_stages_divide_the_way_to_the_last_radius_evenly(lengths, start, step, f
     assert not schedule.advance(steady=False), "the last stage goes on until it is steady"
 
 
-def test_staged_schedule_enlarges_the_radius_only_when_steady():
-    frame, labels = _tiny(shape=(50, 40))
-    parameters = ilf.preset("paper")
-    steps = ilf.iterate(frame, labels, 1, parameters)
-    records = list(steps)
-    for before, after in itertools.pairwise(records):
-        if before.sigma_i < parameters.s_criteria:
-            assert after.stage == before.stage + 1
-            assert after.radii > before.radii
-        else:
-            assert after.stage == before.stage
-            assert after.radii == before.radii
-    assert steps.settled
-    assert records[-1].sigma_i < parameters.s_criteria
-    assert records[-1].radii == pytest.approx((100 / 15, 80 / 15))
-
-
 def test_a_band_limited_surface_is_recovered():
     """Papoulis and Gerchberg: what lies in the pass band comes back exactly where a few pixels are missing."""
     rows, columns = np.mgrid[:32, :40]

@@ -127,27 +127,6 @@ def test_no_step_of_the_descent_climbs(seed, shape):
         before = after
 
 
-@pytest.mark.parametrize("shape", [(1, 4), (3, 1), (3, 4)])
-def test_the_minimum_is_where_the_iteration_with_the_soft_low_pass_stays(shape):
-    rng = np.random.default_rng(shape)
-    weights = _weights(rng, shape)
-    known = rng.random(shape) < 0.5
-    known.flat[0] = True
-    raw = rng.uniform(0.5, 3.0, shape).astype(np.float32)
-    low_pass = np.linalg.inv(np.eye(raw.size) + _operator(weights, shape))
-    u = np.zeros(raw.size)
-    for _ in range(2000):
-        u = low_pass @ np.where(known.ravel(), raw.ravel(), u)
-    counts = known.astype(np.float32)
-    assert_allclose(SmoothnessEnergy(counts, counts * raw, weights).minimum().ravel(), u, atol=1e-5)
-
-
-def test_a_start_at_the_minimum_has_nowhere_to_go():
-    counts = np.ones((3, 4), np.float32)
-    energy = SmoothnessEnergy(counts, 2 * counts, _weights(np.random.default_rng(1), (3, 4)))
-    assert list(_descent(energy, 2 * counts)) == []
-
-
 def test_the_start_is_left_as_it_was():
     rng = np.random.default_rng(2)
     counts, samples = _samples(rng, (4, 5))

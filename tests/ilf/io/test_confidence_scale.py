@@ -4,25 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import ilf
+from tests.ilf.image_files import write_file, write_rgbd
 
 LEVELS = np.repeat([0, 1, 2], 4)[None] + np.zeros((9, 1), int)
 
 
 def save(folder: Path, depth: str, confidence: str, levels: np.ndarray) -> tuple[Path, Path]:
-    for name, image in {
-        "rgb.png": np.zeros((*LEVELS.shape, 3), np.uint8),
-        depth: np.full(LEVELS.shape, 2000, np.uint16),
-        confidence: levels,
-    }.items():
-        (folder / name).parent.mkdir(exist_ok=True)
-        if name.endswith(".npy"):
-            np.save(folder / name, image)
-        else:
-            Image.fromarray(image).save(folder / name)
-    return folder / "rgb.png", folder / depth
+    write_file(folder / confidence, levels)
+    return write_rgbd(folder, np.full(LEVELS.shape, 2000, np.uint16), depth)
 
 
 @pytest.mark.parametrize(
@@ -68,9 +59,8 @@ def test_a_map_whose_larger_values_are_less_sure_is_doubted(sure, tmp_path, cli)
     """ZED has 1 for sure depth and 100 for none."""
     depth = np.full((20, 30), 2000, np.uint16)
     depth[:, :8] = 0
-    files = save(tmp_path, "depth.png", "confidence.png", np.where(depth > 0, sure, 100 - sure).astype(np.uint8))
-    Image.fromarray(depth).save(files[1])
-    Image.fromarray(np.zeros((20, 30, 3), np.uint8)).save(files[0])
+    write_file(tmp_path / "confidence.png", np.where(depth > 0, sure, 100 - sure).astype(np.uint8))
+    files = write_rgbd(tmp_path, depth)
     found = ilf.load_frame(*files, min_confidence=1, warn=False).plausibility_warnings
     assert any("less sure" in text for text in found) == (sure == 1)
     assert ("less sure" in cli("info", *files, "--min-confidence", 1).out) == (sure == 1)
@@ -79,9 +69,8 @@ def test_a_map_whose_larger_values_are_less_sure_is_doubted(sure, tmp_path, cli)
 def test_a_map_without_values_where_depth_is_missing_is_not_doubted(tmp_path):
     depth = np.full((20, 30), 2000, np.uint16)
     depth[:, :8] = 0
-    files = save(tmp_path, "depth.png", "confidence.npy", np.where(depth > 0, 2, np.nan))
-    Image.fromarray(depth).save(files[1])
-    Image.fromarray(np.zeros((20, 30, 3), np.uint8)).save(files[0])
+    write_file(tmp_path / "confidence.npy", np.where(depth > 0, 2, np.nan))
+    files = write_rgbd(tmp_path, depth)
     assert not ilf.load_frame(*files, min_confidence=1).plausibility_warnings  # nor does numpy warn
 
 

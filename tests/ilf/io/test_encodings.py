@@ -1,10 +1,10 @@
 """Depth encodings: every way that a file's values become metres, what is missing in it, and what is doubted."""
 
+import functools
 import json
 import warnings
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,6 +19,7 @@ from ilf.io.encodings import ENCODING_DESCRIPTIONS, ENCODINGS, encoding_of, enco
 from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_depth
+from tests.ilf.image_files import write_rgbd
 
 H, W = 60, 80
 HOLE = np.s_[10:20, 30:50]
@@ -50,17 +51,7 @@ STORED = {
 
 @pytest.fixture
 def save(tmp_path):
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
-
-    def write(values: np.ndarray, name: str = "depth.png") -> tuple[Path, Path]:
-        path = tmp_path / name
-        if path.suffix == ".npy":
-            np.save(path, values)
-        else:
-            cv2.imwrite(str(path), values)
-        return tmp_path / "rgb.png", path
-
-    return write
+    return functools.partial(write_rgbd, tmp_path)
 
 
 @pytest.mark.parametrize("name", STORED)
@@ -281,7 +272,6 @@ def test_truth_beyond_all_sensors_is_unknown(save):
 def test_another_storage_is_recognised_and_named(save, name, sign):
     # a floor that is long enough for the many values that real depth has
     wide = np.repeat(np.repeat(STORED[name], 4, 0), 4, 1)
-    cv2.imwrite(str(save(wide)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
     rgb, depth = save(wide)
     try:
         with pytest.warns(DepthWarning, match=sign) as told:
@@ -337,7 +327,6 @@ FLOOR = np.linspace(0.15, 0.53, 4 * H)[:, None] + np.zeros(4 * W)  # inverse dep
     "values", [FLOOR, 52.5 * FLOOR, 2 * FLOOR], ids=["inverse depth", "disparity", "of what is near"]
 )
 def test_what_rises_where_depth_should_fall_is_doubted(save, values):
-    cv2.imwrite(str(save(values)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
     files = save(values.astype(np.float32), "depth.npy")
     surely = "are most likely" if np.median(values) > 6 else "may be"  # depth of 0.3 to 6 m is plausible
     with pytest.warns(DepthWarning, match=rf"they {surely} disparity or inverse depth.*disparity:FB"):
@@ -354,7 +343,6 @@ def test_what_rises_where_depth_should_fall_is_doubted(save, values):
 
 
 def test_what_rises_too_far_to_be_read_names_disparity(save):
-    cv2.imwrite(str(save(FLOOR)[0]), np.zeros((4 * H, 4 * W, 3), np.uint8))
     with pytest.raises(InputError, match=r"median depth would be.*most likely disparity or inverse depth"):
         ilf.load_frame(*save((300 * FLOOR).astype(np.float32), "depth.npy"))
 
@@ -366,13 +354,8 @@ def _of_kinect() -> np.ndarray:
 
 
 def _sign_of(folder: Path, values: np.ndarray, name: str = "depth.png") -> list[str | None]:
-    folder.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(folder / "rgb.png"), np.zeros((*values.shape, 3), np.uint8))
-    cv2.imwrite(str(folder / name), values.astype(np.uint16))
-    return [
-        doubt.encoding
-        for doubt in read_depth(FrameRef(str(folder / "rgb.png"), str(folder / name))).plausibility_warnings
-    ]
+    rgb, depth = write_rgbd(folder, values.astype(np.uint16), name)
+    return [doubt.encoding for doubt in read_depth(FrameRef(str(rgb), str(depth))).plausibility_warnings]
 
 
 def test_kitti_read_as_millimetres_is_doubted(tmp_path):

@@ -3,7 +3,6 @@
 import io
 import sys
 import warnings
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -13,6 +12,7 @@ import ilf
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
+from tests.ilf.image_files import write_rgbd
 
 H, W = 24, 32
 METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
@@ -44,13 +44,7 @@ def npz(**arrays: np.ndarray) -> bytes:
 
 @pytest.fixture
 def save(tmp_path):
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.full((H, W, 3), 90, np.uint8))
-
-    def write(name: str, content: bytes) -> tuple[Path, Path]:
-        (tmp_path / name).write_bytes(content)
-        return tmp_path / "rgb.png", tmp_path / name
-
-    return write
+    return lambda name, content: write_rgbd(tmp_path, content, name, (H, W))
 
 
 HALF = METRES.astype(np.float16)

@@ -181,18 +181,6 @@ def test_a_part_that_is_whole_is_not_fetched_again(hub):
     assert left() == [f"{NAME}.json", f"{NAME}.onnx"]
 
 
-def test_another_version_is_not_appended_to_the_first(hub, monkeypatch):
-    hub.cuts = [100]
-    with pytest.raises(InputError, match="cut after"):
-        fetch_guide(NAME)
-    hub.content = hub.content.replace(b"make strength", b"made strength")
-    assert b"made strength" in hub.content[:100]
-    know(monkeypatch, hub)
-    with pytest.raises(InputError, match="SHA-256 is"):
-        fetch_guide(NAME)
-    assert fetch_guide(NAME).read_bytes() == hub.content
-
-
 def test_without_a_stated_length_the_size_of_the_card_counts(hub):
     hub.states_length = False
     assert fetch_guide(NAME).read_bytes() == hub.content

@@ -10,6 +10,7 @@ from PIL import Image
 import ilf
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
+from tests.ilf.image_files import write_rgbd
 
 GREY = np.arange(96, dtype=np.uint16).reshape(8, 12) + 1000
 
@@ -55,8 +56,7 @@ FOREIGN = {
 def test_a_file_of_another_kind_is_named(name, tmp_path, cli):
     make, kind = FOREIGN[name]
     (tmp_path / name).write_bytes(make())
-    Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(tmp_path / "rgb.png")
-    Image.fromarray(GREY).save(tmp_path / "depth.png")
+    write_rgbd(tmp_path, GREY)
     for paths in ((name, "depth.png"), ("rgb.png", name)):
         with pytest.raises(ilf.IlfError, match=rf"{name} is .*{kind}.*, not (a|an) [A-Z]") as told:
             ilf.load_frame(*(tmp_path / path for path in paths))
@@ -70,7 +70,7 @@ def test_a_file_of_another_kind_is_named(name, tmp_path, cli):
 def test_a_format_under_another_suffix_is_not_said_to_be_none_that_is_read(kind, tmp_path):
     content = {"NPY": b"\x93NUMPY\x01\0", "HDF5": b"\x89HDF\r\n\x1a\n"}[kind] + bytes(90)
     (tmp_path / "depth.dat").write_bytes(content)
-    Image.fromarray(GREY).save(tmp_path / "depth.png")
+    write_rgbd(tmp_path, GREY)
     with pytest.raises(ilf.IlfError, match=f"{kind}.* Rename it") as told:
         read_depth_values(tmp_path / "depth.dat")
     assert "not a" not in str(told.value)

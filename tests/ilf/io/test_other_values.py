@@ -5,10 +5,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from PIL import Image
 
 import ilf
-from ilf.io.float_images import read_exr
+from tests.ilf.image_files import write_rgbd
 
 NEAR, FAR = 0.1, 10.0
 SHAPE = 60, 80
@@ -46,18 +45,7 @@ VALUES = {
 
 
 def files(folder: Path, values: np.ndarray, name: str = "depth.npy") -> tuple[Path, Path]:
-    Image.fromarray(np.zeros((*SHAPE, 3), np.uint8)).save(folder / "rgb.png")
-    file = folder / name
-    file.parent.mkdir(exist_ok=True)
-    if file.suffix == ".npy":
-        np.save(file, values)
-    elif file.suffix == ".exr":
-        exr = pytest.importorskip("OpenEXR")
-        exr.File({"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}, {"Z": values}).write(str(file))
-        assert np.array_equal(read_exr(ilf._runtime.files.read_file(file)), values)
-    else:
-        Image.fromarray(values).save(file)
-    return folder / "rgb.png", file
+    return write_rgbd(folder, values, name)
 
 
 def told(paths: tuple[Path, Path], **options) -> str:
@@ -99,25 +87,21 @@ def test_a_z_buffer_that_is_the_other_way_round_is_doubted(is_reversed, tmp_path
 
 @pytest.mark.parametrize("right", ["rgb24", "bgr24"])
 def test_bits_in_three_channels_that_are_read_the_other_way_round_are_doubted(right, tmp_path):
-    bits = np.rint(np.where(np.isfinite(depth()), depth() / 1000, 1) * (2**24 - 1)).astype(int)
-    channels = [bits & 255, bits >> 8 & 255, bits >> 16]
-    rgb = tmp_path / "rgb.png"
-    Image.fromarray(np.zeros((*SHAPE, 3), np.uint8)).save(rgb)
-    image = np.dstack(channels if right == "rgb24" else channels[::-1]).astype(np.uint8)
-    Image.fromarray(image).save(tmp_path / "bits.png")
+    whole = np.rint(np.where(np.isfinite(depth()), depth() / 1000, 1) * (2**24 - 1)).astype(int)
+    channels = [whole & 255, whole >> 8 & 255, whole >> 16]
+    image = np.dstack(channels[::-1] if right == "rgb24" else channels).astype(np.uint8)
+    rgb, bits = files(tmp_path, image, "bits.png")
     wrong = "bgr24" if right == "rgb24" else "rgb24"
     with pytest.raises(ilf.IlfError, match=rf"100 for centimetres.*Give {right}:1000\.0"):
-        ilf.load_frame(rgb, tmp_path / "bits.png", encoding=f"{wrong}:1000")
-    assert not told((rgb, tmp_path / "bits.png"), encoding=f"{right}:1000")
+        ilf.load_frame(rgb, bits, encoding=f"{wrong}:1000")
+    assert not told((rgb, bits), encoding=f"{right}:1000")
 
 
 @pytest.mark.parametrize("scale", [1, 1.5, 4.5])
 def test_inverse_depth_in_16_bits_is_doubted_whatever_its_median(scale, tmp_path):
     rows = np.linspace(0.2, 1, 240)[:, None] + np.zeros(320)  # of a floor, from 5 m to 1 m
-    Image.fromarray(np.zeros((240, 320, 3), np.uint8)).save(tmp_path / "rgb.png")
     for values, is_inverse in ((1000 * scale * rows, True), (1000 * scale / rows, False)):
-        Image.fromarray(np.rint(values).astype(np.uint16)).save(tmp_path / "depth.png")
-        assert ("inverse depth" in told((tmp_path / "rgb.png", tmp_path / "depth.png"))) == is_inverse
+        assert ("inverse depth" in told(files(tmp_path, values, "depth.png"))) == is_inverse
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.4])

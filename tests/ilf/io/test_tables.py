@@ -3,13 +3,10 @@
 import csv
 import io
 import re
-from pathlib import Path
 
 import pytest
 
 from ilf.io.tables import csv_text, write_csv
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize(

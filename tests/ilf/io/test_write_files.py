@@ -14,11 +14,10 @@ from ilf._runtime.writing import atomic_path, write_bytes
 from ilf.data.points import PointCloud
 from ilf.data.results import EdgeAwareRecord, PassBandRecord
 from ilf.data.surface import Mesh
-from ilf.errors import ExportError, InputError, ParameterError
+from ilf.errors import ExportError, ParameterError
 from ilf.io.block_files import write_blocks
 from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
 from ilf.io.depth import DEPTH_SUFFIXES, png_fit, read_depth_values, write_depth
-from ilf.io.labels import read_labels
 from ilf.io.meshes import MESH_SUFFIXES, write_mesh
 from ilf.run.curves import encode_curves
 
@@ -217,15 +216,6 @@ def test_what_is_not_an_export_is_refused(tmp_path):
 
 
 # --- labels and curves
-
-
-def test_labels_come_back_exactly(tmp_path):
-    write_blocks(tmp_path / "l.png", LABELS)
-    found = read_labels(tmp_path / "l.png", LABELS.shape)
-    assert found.dtype == np.int32
-    np.testing.assert_array_equal(found, LABELS)
-    with pytest.raises(InputError, match=r"30 x 20, but the frame is 31 x 20"):
-        read_labels(tmp_path / "l.png", (20, 31))
 
 
 def test_curves_keep_every_digit_and_no_time(tmp_path):

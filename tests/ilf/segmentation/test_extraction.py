@@ -74,23 +74,6 @@ def test_a_crease_is_a_boundary_that_colour_does_not_show():
     assert ilf.extract_blocks(frame, ilf.BlockParameters(use_creases=True, granularity=0.0)).max() == 1
 
 
-def test_granularity_goes_from_few_blocks_to_many():
-    """Weaker and weaker edges of colour, and one jump, which parts at any granularity."""
-    rgb = np.full((120, 200, 3), 40, np.uint8)
-    for number, level in enumerate((240, 200, 175, 160), 1):
-        rgb[:, 40 * number :] = level
-    depth = np.full((120, 200), 2.0)
-    depth[60:] = 3.0
-    frame = ilf.RGBDFrame(rgb, depth)
-    counts = [ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value / 4)).max() for value in range(5)]
-    assert counts == sorted(counts)
-    assert counts[0] == 2
-    assert counts[-1] > counts[0]
-    for value in (0.0, 1.0):
-        blocks = ilf.extract_blocks(frame, ilf.BlockParameters(granularity=value))
-        assert not set(blocks[:57].ravel()) & set(blocks[63:].ravel())
-
-
 def test_margin_belongs_to_no_block(frame):
     blocks = ilf.extract_blocks(frame, ilf.BlockParameters(margin=7))
     assert not blocks[:7].any()
@@ -156,18 +139,6 @@ def test_a_threshold_is_otsus_or_the_chosen_one():
     found = np.flatnonzero(otsu_edges(strength, 0.0)[0])
     assert {20, 30} <= set(found) <= {10, 20, 30}
     assert not otsu_edges(np.zeros((10, 40), np.float32), 0.0).any()
-
-
-def test_jumps_need_known_depth_nearby_and_scale_with_distance():
-    depth = np.full((40, 60), 1.0, np.float32)
-    depth[:, 30:] = 2.0
-    assert np.array_equal(np.flatnonzero(find_relief(depth, 0.04, 0.04).edges.all(axis=0)), [29])
-    depth[:, 15:45] = np.nan
-    assert not find_relief(depth, 0.04, 0.04).edges.any()
-    far = np.full((20, 40), 5.0, np.float32)
-    far[:, 20:] = 5.15
-    assert not find_relief(far, 0.04, 0.04).edges.any()
-    assert find_relief(far, 0.04, 0.02).edges.any()
 
 
 def test_no_depth_has_no_relief():

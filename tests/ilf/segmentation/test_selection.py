@@ -96,13 +96,6 @@ def test_a_click_on_print_selects_the_object_and_a_step_back_the_print():
     assert max(share(mask, PRINTED) for mask in smaller) > 0.8, "10 pixels wide"
 
 
-def test_an_object_of_the_colour_of_its_surroundings_is_selected_by_its_depth():
-    rng = np.random.default_rng(1)
-    grey = np.clip(120 + rng.normal(0, 3, FRAME.rgb.shape), 0, 255).astype(np.uint8)
-    selected = ilf.select_region(ilf.RGBDFrame(rgb=grey, depth=FRAME.depth), [(35, 30)])
-    assert share(selected, OBJECT) > 0.9
-
-
 def test_a_hierarchy_divides_the_frame_and_every_node_is_its_two_parts():
     tree = region_tree(FRAME)
     count = tree.order.size

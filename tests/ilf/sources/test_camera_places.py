@@ -11,8 +11,8 @@ import yaml
 
 import ilf
 from ilf.cli import main
-from ilf.io.images import encode_image
 from ilf.sources.registration import register
+from tests.ilf.image_files import write_rgbd
 from tests.ilf.project_states import through_project
 from tests.ilf.two_cameras import COLOUR, DEPTH, made_pair, motion
 
@@ -160,11 +160,8 @@ FILES = {
 
 def _pair(folder, colour=PLAIN_COLOUR, depth=PLAIN_DEPTH):
     pair = made_pair(colour, depth, TO_COLOUR)
-    files = str(folder / "rgb.png"), str(folder / "depth.png")
-    for path, image in zip(files, (pair.rgb, np.rint(10000 * pair.depth).astype(np.uint16)), strict=True):
-        with open(path, "wb") as out:
-            out.write(encode_image(".png", image))
-    return replace(pair, depth=np.rint(10000 * pair.depth) / 10000), files
+    files = write_rgbd(folder, 10000 * pair.depth, colour=pair.rgb[..., ::-1])
+    return replace(pair, depth=np.rint(10000 * pair.depth) / 10000), [str(path) for path in files]
 
 
 def _cameras(folder, name):

@@ -10,6 +10,7 @@ from ilf.cli import main
 from ilf.data.camera import CAMERA_DOUBT, Camera, camera_doubt
 from ilf.errors import DepthWarning, InputError
 from ilf.io.images import encode_image
+from tests.ilf.image_files import write_rgbd
 
 SHAPE = H, W = 120, 160
 COLOUR = np.zeros((H, W, 3), np.uint8)
@@ -44,9 +45,7 @@ WRONG = {
 
 @pytest.fixture
 def files(tmp_path):
-    (tmp_path / "rgb.png").write_bytes(encode_image(".png", COLOUR))
-    (tmp_path / "depth.png").write_bytes(encode_image(".png", MILLIMETRES))
-    return [str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")]
+    return [str(path) for path in write_rgbd(tmp_path, MILLIMETRES)]
 
 
 @pytest.mark.parametrize("name", TRUE)

@@ -14,6 +14,7 @@ from ilf.errors import InputError, ParameterError
 from ilf.run.record import read_record
 from ilf.sources.registration import RawPair, aligned, register, smoothly_filled
 
+from ..image_files import write_rgbd
 from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen, write_pair
 
 H, W, FOCAL = 48, 96, 60.0
@@ -162,11 +163,9 @@ def test_a_run_in_the_depth_view_is_written_aligned_too_and_made_again(tmp_path,
 
 def write_files(folder: Path) -> dict[str, object]:
     """Two files that are registered by both intrinsics: the arguments of `load_frame`."""
-    folder.mkdir(exist_ok=True)
-    cv2.imwrite(str(folder / "rgb.png"), SHADES[..., ::-1])
-    np.save(folder / "depth.npy", np.full((36, 48), 2.0, np.float32))
+    rgb, depth = write_rgbd(folder, np.full((36, 48), 2.0, np.float32), "depth.npy", SHADES[..., ::-1])
     cameras = {"intrinsics": CAMERA.numbers, "depth_intrinsics": (40.0, 40.0, 23.5, 17.5)}
-    return {"rgb": str(folder / "rgb.png"), "depth": str(folder / "depth.npy"), **cameras, "view": "depth"}
+    return {"rgb": str(rgb), "depth": str(depth), **cameras, "view": "depth"}
 
 
 def test_the_pose_is_that_of_the_depth_camera(tmp_path):

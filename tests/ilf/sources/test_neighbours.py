@@ -78,17 +78,6 @@ def test_completed_depth_follows_neighbours_but_they_do_not_count_as_measured():
     np.testing.assert_allclose(share, share[0], rtol=1e-5)
 
 
-def test_what_has_moved_is_left_out():
-    frames = sequence()
-    moved = []
-    for number, frame in enumerate(frames):
-        rgb, depth = frame.rgb.copy(), frame.depth.copy()
-        if number != 2:  # something red in front of the hole, elsewhere or gone in frame 2
-            rgb[20:44, 14:42], depth[20:44, 14:42] = (250, 10, 10), 1.2
-        moved.append(replace(frame, rgb=rgb, depth=depth))
-    assert ilf.with_neighbours(moved[2], moved[1::-1], moved[3:]).from_neighbours is None
-
-
 def test_neighbours_that_contradict_each_other_or_the_depth_around_are_left_out():
     depth = np.full(SHAPE, 2.0, np.float32)
     depth[HOLE] = np.nan

@@ -15,6 +15,7 @@ from ilf.errors import InputError, ParameterError
 from ilf.io.guide_models import add_guide
 
 from ..batch_frames import work_in_this_process
+from ..image_files import write_file
 from ..io.test_guide_network import brightness
 from ..project_states import through_project
 from ..small_frames import write_small_frame
@@ -46,9 +47,9 @@ def given(request, tmp_path, monkeypatch):
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
     add_guide(brightness(tmp_path / "net.onnx"), "mine", gives="affine")
     shades = np.repeat(np.linspace(20, 230, 80)[None], 60, axis=0).astype(np.uint8)
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
-    for name, one in (("colour", COLOUR), ("depth", camera)):
-        (tmp_path / f"{name}.json").write_text(json.dumps(one.to_json()))
+    write_file(tmp_path / "rgb.png", np.dstack((shades, shades, 255 - shades)))
+    write_file(tmp_path / "colour.json", COLOUR.to_json())
+    write_file(tmp_path / "depth.json", camera.to_json())
     depth = plane(camera, undistort)
     depth[15:30, 10:25] = np.nan
     with h5py.File(tmp_path / "take.h5", "w") as file:

@@ -14,6 +14,7 @@ import pytest
 import ilf
 from ilf.cli import main
 from ilf.errors import FormatError, InputError, ParameterError
+from tests.ilf.image_files import write_file, write_rgbd
 from tests.ilf.phone_files import (
     COLOUR_SIZE,
     COUNT,
@@ -160,11 +161,8 @@ def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys, cl
 
 def test_confidence_beside_files(tmp_path, cli):
     folder = tmp_path / "frame"
-    folder.mkdir()
-    cv2.imwrite(str(folder / "rgb.png"), np.full((*MM.shape, 3), 90, np.uint8))
-    cv2.imwrite(str(folder / "depth.png"), MM)
-    cv2.imwrite(str(folder / "sure.png"), LEVELS)
-    files = folder / "rgb.png", folder / "depth.png"
+    files = write_rgbd(folder, MM)
+    write_file(folder / "sure.png", LEVELS)
     low = np.isnan(METRES) | (LEVELS < 2)
     frame = ilf.load_frame(*files, confidence=folder / "sure.png", min_confidence=2)
     assert np.array_equal(np.isnan(frame.depth), low)
@@ -181,7 +179,7 @@ def test_confidence_beside_files(tmp_path, cli):
         ilf.load_frame(folder)
     with pytest.raises(ParameterError, match="finite"):
         ilf.load_frame(*files, min_confidence=float("nan"))
-    cv2.imwrite(str(folder / "small.png"), LEVELS[:-1])
+    write_file(folder / "small.png", LEVELS[:-1])
     with pytest.raises(InputError, match="same pixels"):
         ilf.load_frame(*files, confidence=folder / "small.png", min_confidence=1)
 

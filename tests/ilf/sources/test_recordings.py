@@ -34,17 +34,16 @@ from tests.ilf.bags import (
     W,
     bag,
     compressed_depth,
+    in_metres,
     path_of,
+    quantised_depth,
     rvl_depth,
     storage_of,
     write_aligned,
 )
+from tests.ilf.image_files import write_file, write_rgbd
 
 zstd = importlib.import_module("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd")
-
-
-def in_metres(millimetres: np.ndarray) -> np.ndarray:
-    return np.where(millimetres > 0, millimetres / 1000, np.nan).astype(np.float32)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -165,14 +164,10 @@ def test_colour_as_sensors_give_it(tmp_path, encoding):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_compressed_images_are_those_that_were_compressed(tmp_path, kind):
-    metres = np.where(DEPTH > 0, DEPTH / 1000, np.nan)
-    scale, shift = 2000.0, 10.0  # inverse depth, as the plugin quantises it
-    inverse = np.where(DEPTH > 0, np.rint(scale / np.nan_to_num(metres, nan=1.0) + shift), 0).astype(np.uint16)
-    floats = struct.pack("<iff", 0, scale, shift) + cv2.imencode(".png", inverse)[1].tobytes()
     with bag(tmp_path, kind) as out:
         out.compressed("/a/rgb/compressed", cv2.imencode(".png", COLOUR[..., ::-1])[1].tobytes(), "rgb8; png", 0)
         out.compressed("/a/depth/compressedDepth", compressed_depth(DEPTH), "16UC1; compressedDepth png", 0)
-        out.compressed("/b/depth/compressedDepth", floats, "32FC1; compressedDepth png", 0)
+        out.compressed("/b/depth/compressedDepth", quantised_depth(DEPTH), "32FC1; compressedDepth png", 0)
         out.compressed("/c/depth/compressed", cv2.imencode(".png", DEPTH)[1].tobytes(), "16UC1; png compressed ", 0)
     source = ilf.open_source(path_of(tmp_path, kind))
     assert "there are also /b/depth/compressedDepth, /c/depth/compressed" in source.notes[0]
@@ -314,37 +309,30 @@ def test_depth_of_8_bits_is_refused(tmp_path, what):
 
 
 def _write_transports(out: Bag, *transports: str) -> None:
-    inverse = np.where(DEPTH > 0, np.rint(2000.0 / (np.maximum(DEPTH, 1) / 1000) + 10), 0).astype(np.uint16)
-    quantised = PACKED + cv2.imencode(".png", inverse)[1].tobytes()
     out.image("/rgb/image_raw", COLOUR, "rgb8", 0)
     base = "/depth_registered/image_raw"
     for transport in transports:
         if transport in {"raw", "metres"}:
-            values = DEPTH if transport == "raw" else np.where(DEPTH > 0, DEPTH / np.float32(1000), np.float32(np.nan))
-            out.image(base, values.astype(values.dtype), "16UC1" if transport == "raw" else "32FC1", 0)
+            is_raw = transport == "raw"
+            out.image(base, DEPTH if is_raw else in_metres(DEPTH), "16UC1" if is_raw else "32FC1", 0)
         elif transport == "jpeg":
             out.compressed(f"{base}/compressed", JPEG, "16UC1; jpeg compressed ", 0)
         elif transport == "quantised":
             for stamp in (0, 33_000_000):
-                out.compressed(f"{base}/compressedDepth", quantised, "32FC1; compressedDepth png", stamp)
+                out.compressed(f"{base}/compressedDepth", quantised_depth(DEPTH), "32FC1; compressedDepth png", stamp)
         else:
             data = compressed_depth(DEPTH) if transport == "png" else rvl_depth(DEPTH)
             out.compressed(f"{base}/compressedDepth", data, f"16UC1; compressedDepth {transport}", 0)
 
 
+REFUSED = "Depth of /depth_registered/image_raw/compressed (16UC1; jpeg compressed ) is not read: this is an 8-bit"
+
+
 @pytest.mark.parametrize(
     ("transports", "chosen", "said"),
     [
-        (
-            ["jpeg", "png"],
-            "/compressedDepth",
-            "Depth of /depth_registered/image_raw/compressed (16UC1; jpeg compressed ) is not read: this is an 8-bit",
-        ),
-        (
-            ["jpeg", "raw"],
-            "",
-            "Depth of /depth_registered/image_raw/compressed (16UC1; jpeg compressed ) is not read: this is an 8-bit",
-        ),
+        (["jpeg", "png"], "/compressedDepth", REFUSED),
+        (["jpeg", "raw"], "", REFUSED),
         (["raw", "png"], "", "there are also /depth_registered/image_raw/compressedDepth"),
         (["metres", "quantised"], "", "there are also /depth_registered/image_raw/compressedDepth"),
         (["rvl"], "/compressedDepth", ""),
@@ -367,8 +355,7 @@ def test_other_pictures_are_neither_depth_nor_colour(tmp_path):
             out.image("/a/ir/image_raw", DEPTH + np.uint16(1), "mono16", stamp)
             out.image("/a/depth/image_raw/shown", COLOUR[::-1], "rgb8", stamp)
             out.image("/b/depth/image_color", COLOUR[::-1], "rgb8", stamp)
-        out.image("/b/depth/image_raw", DEPTH, "mono16", 0)
-        out.image("/b/rgb/image_raw", COLOUR, "rgb8", 0)
+        out.pair(DEPTH, "mono16", ("/b/rgb/image_raw", "/b/depth/image_raw"))
     frame = ilf.open_source(tmp_path / "recording")[0]
     assert np.array_equal(frame.rgb, COLOUR)
     assert np.array_equal(frame.depth, in_metres(DEPTH), equal_nan=True)
@@ -441,14 +428,12 @@ def test_registered_images_are_undistorted_as_those_of_files(tmp_path, stated):
     lens = {"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5, "distortion": [-0.2, 0.05, 0.001, -0.002, 0.0]}
     with bag(tmp_path, "mcap") as out:
         out.info("/color/camera_info", distortion=() if stated else tuple(lens["distortion"]))
-        out.image("/color/image_raw", COLOUR, "rgb8", 0, "colour")
-        out.image("/depth/image_raw", depth, "16UC1", 0, "colour")
+        out.pair(depth, topics=("/color/image_raw", "/depth/image_raw"))
     given = {"intrinsics": lens} if stated else {}
     source = ilf.open_source(tmp_path / "recording", undistort=True, **given)
     frame = source[0]
-    cv2.imwrite(str(tmp_path / "rgb.png"), COLOUR[..., ::-1])
-    cv2.imwrite(str(tmp_path / "depth.png"), depth)
-    wanted = ilf.load_frame(tmp_path / "rgb.png", tmp_path / "depth.png", intrinsics=lens, undistort=True)
+    files = write_rgbd(tmp_path, depth, colour=COLOUR[..., ::-1])
+    wanted = ilf.load_frame(*files, intrinsics=lens, undistort=True)
     assert frame.intrinsics.numbers == wanted.intrinsics.numbers != (30.0, 30.0, 15.5, 11.5)
     assert np.array_equal(frame.rgb, wanted.rgb)
     assert np.array_equal(frame.depth, wanted.depth, equal_nan=True)
@@ -480,8 +465,7 @@ def test_registered_depth_of_a_fisheye_has_no_camera(tmp_path, model):
 @pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
 def test_bags_compressed_by_file_or_message(tmp_path, kind, mode):
     with bag(tmp_path, kind, compression=mode) as out:
-        out.image("/rgb", COLOUR, "rgb8", 0)
-        out.image("/depth", DEPTH, "16UC1", 0)
+        out.pair()
     source = ilf.open_source(tmp_path / "recording")
     assert np.array_equal(source[0].depth, in_metres(DEPTH), equal_nan=True)
     assert any("zstd -d" in note for note in source.notes) == (mode == "FILE")
@@ -601,16 +585,14 @@ def test_a_recording_that_was_not_ended_is_told_how_to_mend_it(tmp_path):
 def test_a_folder_of_frames_with_a_recording_in_it_is_one_of_frames(tmp_path):
     write_aligned(tmp_path, "mcap", frames=1)
     storage_of(tmp_path, "mcap").rename(tmp_path / "stray.mcap")
-    for name, image in (("rgb", COLOUR), ("depth", DEPTH)):
-        (tmp_path / name).mkdir()
-        cv2.imwrite(str(tmp_path / name / "1.png"), image)
+    write_file(tmp_path / "rgb/1.png", COLOUR)
+    write_file(tmp_path / "depth/1.png", DEPTH)
     assert ilf.open_source(tmp_path).keys == ("rgb/1",)
 
 
 def test_images_that_say_what_is_not_so(tmp_path):
     with bag(tmp_path, "ros1") as out:
-        out.image("/rgb", COLOUR, "rgb8", 0)
-        out.image("/depth", DEPTH, "16UC1", 0)
+        out.pair()
         out.image("/strange/depth", DEPTH, "32FC1", 0)
         out.image("/strange/rgb", COLOUR, "nv21", 0)
         out.compressed("/cut/depth/compressedDepth", b"1234567890123456", "16UC1; compressedDepth png", 0)

@@ -12,7 +12,7 @@ from ilf import Camera
 from ilf.errors import InputError
 from ilf.sources.registration import RawPair, register
 
-from ..two_cameras import BOARD_M, COLOUR, DEPTH, made_pair, motion, rays, seen
+from ..two_cameras import COLOUR, DEPTH, made_pair, motion, rays, seen
 
 PLAIN = replace(COLOUR, distortion=())
 
@@ -70,18 +70,6 @@ def test_depth_comes_to_the_pixels_that_show_it(colour, depth):
     assert off[evaluated].max() < 0.01
     visible = seen_by_depth(views * ground_truth.reshape(-1, 1), pair).reshape(frame.shape)
     assert frame.known[visible].mean() > 0.995, "no false holes"
-
-
-def test_a_shadow_of_parallax_is_missing_but_in_view():
-    pair = made_pair(PLAIN, PLAIN, motion(x=-0.1, turn=0.0))
-    frame = register(pair)
-    row = frame.depth[36]
-    board = np.flatnonzero(np.abs(row - BOARD_M) < 0.01)
-    shadow = np.flatnonzero(np.isnan(row[board[-1] :]))[:1] + board[-1]
-    assert shadow.size, "beside the board there is wall that the depth camera could not see"
-    assert frame.outside_view is not None
-    assert not frame.outside_view[36, shadow[0]]
-    assert frame.missing[36, shadow[0]]
 
 
 def test_what_lies_outside_the_depth_image_is_marked():

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +12,7 @@ import ilf
 from ilf.cli import main
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.sources.pairing import paired_by_time, time_of
+from tests.ilf.image_files import write_file
 
 H, W = 48, 64
 MM = (1500 + 7 * np.arange(W)[None] + 20 * np.arange(H)[:, None]).astype(np.uint16)
@@ -23,9 +23,8 @@ K = [52, 0, 31.5, 0, 52, 23.5, 0, 0, 1]
 @pytest.fixture
 def save(tmp_path):
     def write(rgb: str, depth: str, values: np.ndarray = MM) -> None:
-        for name, image in ((rgb, np.full((H, W, 3), 90, np.uint8)), (depth, values)):
-            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-            cv2.imwrite(str(tmp_path / name), image)
+        write_file(tmp_path / rgb, np.full((H, W, 3), 90, np.uint8))
+        write_file(tmp_path / depth, values)
 
     return write
 

@@ -10,6 +10,7 @@ import pytest
 import ilf
 from ilf.data.lenses import places_in_image, rays_of, seen_at, undistorted_view
 from ilf.errors import InputError
+from tests.ilf.image_files import write_rgbd
 
 H, W = 60, 80
 LENS = (-0.32, 0.11, 0.001, -0.0008, -0.01)
@@ -54,9 +55,8 @@ def _plane(camera: ilf.Camera) -> np.ndarray:
 @pytest.fixture
 def files(tmp_path):
     shades = np.repeat(np.linspace(20, 230, W)[None], H, axis=0).astype(np.uint8)
-    cv2.imwrite(str(tmp_path / "rgb.png"), np.dstack((shades, shades, 255 - shades)))
-    np.save(tmp_path / "depth.npy", _slanted_plane("Brown").astype(np.float32))
-    return tmp_path / "rgb.png", tmp_path / "depth.npy"
+    plane = _slanted_plane("Brown").astype(np.float32)
+    return write_rgbd(tmp_path, plane, "depth.npy", np.dstack((shades, shades, 255 - shades)))
 
 
 @pytest.mark.parametrize("kind", LENSES)
