@@ -14,9 +14,8 @@ from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block, bounds, moved, within
+from ..data.label_map import Block, bounds, grown, moved, within
 from ..data.pixel_grids import filled_from_nearest, strips
-from ..segmentation.editing.patches import grown
 from .edge_aware.view import WELL_KNOWN, flying_pixels
 from .plain_surfaces import similar_neighbours
 

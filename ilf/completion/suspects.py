@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block
+from ..data.label_map import Block, grown
 from ..data.parameters import Parameters
-from ..segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
 

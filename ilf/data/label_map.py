@@ -22,6 +22,15 @@ _DENSE = 1 << 20
 """Maximum label up to which labels are assumed to be dense; above, most numbers are not labels of blocks."""
 
 
+def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
+    """A box enlarged by a number of pixels on each side, clipped to the image."""
+    rows, columns = box
+    return (
+        slice(max(rows.start - by, 0), min(rows.stop + by, shape[0])),
+        slice(max(columns.start - by, 0), min(columns.stop + by, shape[1])),
+    )
+
+
 def within(inside: Box, outside: Box) -> Box:
     """Return a box relative to an enclosing box."""
     rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inside, outside, strict=True))

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
-from ...data.label_map import Block, Box, bounds, moved, union, within
+from ...data.label_map import Block, Box, bounds, grown, moved, union, within
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.pixel_grids import sides
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
-from ...segmentation.editing.patches import grown
 from .fitted_guide import FittedGuide, fit_guide
 from .grid import CutLinks, Grid
 from .noise import frame_noise
