@@ -9,15 +9,15 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.filter import edge_parameters
 from ilf.data.blocks import Blocks
-from ilf.data.by_hand import DepthByHand, by_hand_of
+from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
 from ilf.data.label_map import Block, Box, drawn_of, union, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
+from ilf.segmentation.edges.frame_edges import edge_parameters
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A running block and its depth [m] so far, one value per pixel of the block."""
@@ -53,7 +53,7 @@ class StoredBlockResult(NamedTuple):
             and np.array_equal(blocks.labels[block.box] == block.label, block.mask)
             and same_layers(self.frame, frame)
             and same_mask(result.drawn, drawn_of(block, blocks.drawn))
-            and same_depth(result.by_hand, by_hand_of(block, blocks.by_hand, frame))
+            and same_depth(result.by_hand, blocks.by_hand and blocks.by_hand.of_block(block, frame))
         )
 
 

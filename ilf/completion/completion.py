@@ -23,10 +23,9 @@ from ..data.parameters import BlockParameters, Parameters
 from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks
-from .block import BlockTask, Watch, filter_steps
+from .block import BlockTask, Watch, filter_steps, is_guided
 from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
-from .filter import is_guided
 from .guide_hold_out import GuideHoldOut, HeldOut, decided, held_out_frames, ranges_of_all
 from .parallel import Steps
 from .stepper import Stepper
@@ -172,7 +171,6 @@ def guide_text(frame: RGBDFrame) -> str:
         With a guide.
     """
     fitted = fit_guide(frame)
-    assert fitted is not None
     test = guide_hold_out(frame) if fitted.belief > 0 else None
     return fitted.to_text() if test is None else test.to_text()
 

@@ -22,11 +22,10 @@ from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import InputError
-from ..segmentation.edges.frame_edges import FrameEdges
+from ..segmentation.edges.frame_edges import FrameEdges, edges_for
 from ..segmentation.extraction import found_blocks
-from .block import BlockTask
+from .block import BlockTask, is_guided
 from .correction_network import Array, CorrectionNetwork, load_correction_network
-from .filter import edges_for, is_guided
 from .sparse_correction import SparseCorrectionNetwork, load_sparse_correction_network
 from .suspects import suspect_islands, without_suspects
 

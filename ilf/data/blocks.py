@@ -174,5 +174,5 @@ def as_blocks(given: ArrayLike | Blocks, shape: tuple[int, int]) -> Blocks:
         labels=labels,
         extracted=labels if blocks.extracted is blocks.labels else blocks.extracted,
         drawn=checked_drawn(blocks.drawn, shape),
-        by_hand=as_by_hand(blocks.by_hand, shape),
+        by_hand=None if blocks.by_hand is None else as_by_hand(blocks.by_hand, shape),
     )

@@ -20,7 +20,7 @@ from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
 from ..data.blocks import Blocks, as_blocks
-from ..data.by_hand import DepthByHand, check_counts
+from ..data.by_hand import DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
@@ -130,7 +130,8 @@ class Run:
         if own is not None:
             given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
         run = cls(guided, given, parameters, extrapolate=extrapolate)
-        check_counts(run.blocks.by_hand, run.frame, run.blocks.labels)
+        if run.blocks.by_hand is not None:
+            run.blocks.by_hand.check_counts(run.frame, run.blocks.labels)
         return run
 
     def __repr__(self) -> str:

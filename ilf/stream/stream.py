@@ -22,7 +22,6 @@ from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction, unapplied_change
-from ..completion.filter import edges_for
 from ..data.blocks import Blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
@@ -32,7 +31,7 @@ from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose
 from ..errors import InputError
 from ..run.run import Run
-from ..segmentation.edges.frame_edges import FrameEdges
+from ..segmentation.edges.frame_edges import FrameEdges, edges_for
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from .carrying import Carried, Offsets, carry_depth, drop_contradicted, reduced_grey
 from .pacing import latest_of

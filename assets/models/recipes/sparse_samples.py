@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from ilf.completion.correction import UNCORRECTED, applied_change, fading
 from ilf.completion.correction_network import load_correction_network
-from ilf.completion.filter import edges_for
 from ilf.completion.sparse_correction import middles_of_cells, sparse_features
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.run.run import complete
+from ilf.segmentation.edges.frame_edges import edges_for
 from ilf.segmentation.extraction import extract_blocks
 
 Array = NDArray[np.float32]

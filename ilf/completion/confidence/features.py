@@ -15,9 +15,8 @@ from ...data.frame_cache import once_per_frame
 from ...data.parameters import BlockParameters, Parameters
 from ...data.pixel_grids import nearest_values, sums_of_four
 from ...errors import InstallationError
-from ...segmentation.edges.frame_edges import FrameEdges, find_edges
+from ...segmentation.edges.frame_edges import FrameEdges, edge_parameters, find_edges
 from ..banded import solve_linked
-from ..filter import edge_parameters
 
 Array = NDArray[np.float32]
 

@@ -196,16 +196,16 @@ class FittedGuide:
 
 
 @once_per_frame
-def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
-    """Fit the frame's guide to all known depth and test it; None without a guide. Computed once per frame.
+def fit_guide(frame: RGBDFrame) -> FittedGuide:
+    """Fit the frame's guide to all known depth and test it. Computed once per frame.
 
     Parameters
     ----------
     frame : RGBDFrame
+        With a guide.
     """
     guide = frame.guide
-    if guide is None:
-        return None
+    assert guide is not None
     has_value = np.isfinite(guide.values)
     if guide.confidence is None:
         confidence = has_value.astype(np.float32)

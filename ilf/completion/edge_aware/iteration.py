@@ -265,7 +265,7 @@ class EdgeAwareIteration(Stepper):
         self._frame, self._block, self._parameters = frame, block, parameters
         view = View(frame, block, parameters, drawn, by_hand, carried)
         self._window, self._gap = view.window, view.gap
-        guide = fit_guide(frame)
+        guide = None if frame.guide is None else fit_guide(frame)
         depth = view.mean_depth(guide)
         noise = parameters.noise or noise_of(view.depth, view.mask)
         shaped = parameters.trend and view.gap >= WIDE and not view.is_carried

@@ -123,8 +123,10 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
 
     Depth that is filled in there is unsupported by measurements.
     """
-    missing, guide = _missing_in_wide_gaps(frame), fit_guide(frame)
-    if not (missing[block.box] & block.mask).any() or (guide is not None and guide.suffices_for(block)):
+    missing = _missing_in_wide_gaps(frame)
+    if not (missing[block.box] & block.mask).any():
+        return None
+    if frame.guide is not None and fit_guide(frame).suffices_for(block):
         return None
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():

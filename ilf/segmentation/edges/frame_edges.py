@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ from ..._runtime.threads import run_beside
 from ...data.arrays import without_mask
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
-from ...data.parameters import BlockParameters
+from ...data.parameters import BlockParameters, Parameters
 from ...errors import InputError
 from .depth_edges import DepthEdgeNetwork
 from .detectors import Contours, EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
@@ -240,6 +240,44 @@ def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tup
         return network_contours(frame.edge_rgb, load_model(BUNDLED), False)[1], ()
     except InputError as error:
         return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
+
+
+# The edges that a filter with given parameters uses.
+
+
+def edges_for(frame: RGBDFrame, parameters: Parameters, extraction: BlockParameters | None = None) -> FrameEdges | None:
+    """The frame's edges for a filter with these parameters; None for the pass band, which uses no edges.
+
+    Parameters
+    ----------
+    frame : RGBDFrame
+    parameters : Parameters
+        They select the edge network, if any.
+    extraction : BlockParameters, optional
+        Its parameters for Canny and depth jumps are used, so that filter and blocks see the same edges; the defaults
+        if left out.
+    """
+    wanted = edge_parameters(parameters, extraction)
+    return None if wanted is None else find_edges(frame, wanted)
+
+
+_SHARED = ("canny_sigma", "canny_high", "canny_low_ratio", "use_depth", "depth_jump", "depth_jump_share")
+"""Parameters of edges that the filter has in common with the extraction."""
+
+
+@lru_cache(maxsize=64)
+def edge_parameters(parameters: Parameters, extraction: BlockParameters | None = None) -> BlockParameters | None:
+    """The parameters with which `edges_for` finds edges, everything irrelevant set to its default; None for the pass
+    band. Results with equal block, parameters and edge parameters are equal."""
+    if parameters.filter != "edge-aware":
+        return None
+    shared = extraction or BlockParameters()
+    return BlockParameters(
+        detector="hed" if parameters.edges == "combined" else parameters.edges,
+        model=parameters.model,
+        multiscale=parameters.multiscale,
+        **{name: getattr(shared, name) for name in _SHARED},
+    )
 
 
 # Edge strength of a frame or of a colour image, by one detector.

@@ -13,7 +13,7 @@ from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
 from ilf.completion import correction as correcting
-from ilf.completion.block import BlockTask
+from ilf.completion.block import BlockTask, is_guided
 from ilf.completion.correction import Correction, applied_change
 from ilf.completion.correction_network import (
     CELL,
@@ -28,7 +28,6 @@ from ilf.completion.correction_network import (
     smoothed,
     spread,
 )
-from ilf.completion.filter import is_guided
 from ilf.data.label_map import find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256

@@ -9,9 +9,8 @@ import pytest
 
 import ilf
 from ilf._runtime.networks import session
-from ilf.completion.filter import edges_for
 from ilf.errors import InputError, InstallationError
-from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
+from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, edges_for, find_edges, relief_of
 from ilf.segmentation.extraction import extract
 
 
