@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from .._runtime.threads import available_cores
+from .._runtime.threads import Steps, available_cores, run_in_parallel
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
@@ -23,7 +23,6 @@ from ..segmentation.edges.frame_edges import FrameEdges, edge_parameters, edges_
 from .edge_aware.fitted_guide import fit_guide
 from .edge_aware.iteration import EdgeAwareIteration
 from .edge_aware.view import max_window
-from .parallel import Steps, run_in_parallel
 from .pass_band.iteration import PassBandIteration
 from .rims import depth_at_rims
 from .stepper import Stepper

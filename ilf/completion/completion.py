@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled, run_to_end
-from .._runtime.threads import run_beside
+from .._runtime.threads import Steps, run_beside
 from ..data import presets
 from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value
@@ -27,7 +27,6 @@ from .block import BlockTask, Watch, filter_steps, is_guided
 from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
 from .guide_hold_out import GuideHoldOut, HeldOut, decided, held_out_frames, ranges_of_all
-from .parallel import Steps
 from .stepper import Stepper
 
 

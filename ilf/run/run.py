@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -12,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled, mapped_steps, run_to_end
-from .._runtime.closing import Closeable
 from .._runtime.formatting import counted
 from ..completion.block import BlockTask, Watch, block_depth
 from ..completion.completion import completed_blocks
@@ -212,7 +212,7 @@ class Run:
         return steps.completion()
 
 
-class Execution(Closeable, Iterator[Step]):
+class Execution(AbstractContextManager["Execution"], Iterator[Step]):
     """All steps of a run: those of its blocks, then those of the extrapolation if it is dense.
 
     The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
@@ -254,6 +254,9 @@ class Execution(Closeable, Iterator[Step]):
         if progress.result is not None:
             self.results[progress.label] = progress.result
         return progress
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """End the run and wait for its threads. Call it from the same thread as `next()`."""

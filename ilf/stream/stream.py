@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass, replace
 from typing import ParamSpec, TypeVar
 
@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import cancelled_by
-from .._runtime.closing import Closeable
 from .._runtime.threads import short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction, unapplied_change
@@ -254,7 +253,7 @@ class StreamStatistics:
     worst: float = math.nan
 
 
-class Stream(Closeable):
+class Stream(AbstractContextManager["Stream"]):
     """Completes the frames of a camera, one after the other, in a fraction of the time that `ilf.complete` takes.
 
     Blocks, edges and the learned correction change little from frame to frame: they are found every few frames and
@@ -393,6 +392,9 @@ class Stream(Closeable):
             for frame, dropped in taken:
                 self._statistics.dropped += dropped
                 yield self.complete(frame)
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """End the stream and its thread."""

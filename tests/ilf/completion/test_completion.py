@@ -15,8 +15,8 @@ import pytest
 
 import ilf
 from ilf._runtime.formatting import counted
+from ilf._runtime.threads import run_in_parallel
 from ilf.completion.block import BlockTask, required_known_pixels
-from ilf.completion.parallel import run_in_parallel
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.results import Status, compose
 from ilf.drawing.blocks import block_overlay
