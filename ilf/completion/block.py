@@ -10,9 +10,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.cancellation import Steps, available_cores, run_in_parallel
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from .._runtime.threads import Steps, available_cores, run_in_parallel
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame

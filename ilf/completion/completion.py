@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_cancelled, run_to_end
-from .._runtime.threads import Steps, run_beside
+from .._runtime.cancellation import Steps, check_cancelled, run_beside, run_to_end
 from ..data import presets
 from ..data.blocks import Blocks, as_blocks
 from ..data.declarations import Value

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime.cancellation import run_beside
 from .._runtime.networks.models import CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
-from .._runtime.threads import run_beside
 from ..errors import FormatError
 from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
 from ..segmentation.edges.depth_edges import features_of, filled_log_depth

@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import acquired, check_cancelled
+from ..._runtime.cancellation import acquired, check_cancelled, run_beside
 from ..._runtime.memory import release_memory
-from ..._runtime.threads import run_beside
 from ...data.arrays import plain_array
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..._runtime.cancellation import run_beside
 from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
-from ..._runtime.threads import run_beside
 from ...data.arrays import without_mask
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image

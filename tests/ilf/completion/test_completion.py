@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.cancellation import run_in_parallel
 from ilf._runtime.formatting import counted
-from ilf._runtime.threads import run_in_parallel
 from ilf.completion.block import BlockTask, required_known_pixels
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.results import Status, compose
