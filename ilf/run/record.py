@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from .._runtime.files import read_json
 from .._runtime.installation import __version__
 from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
-from .._runtime.networks.session import device
+from .._runtime.networks.network import device
 from .._runtime.schema import PROGRAM, PlainName, check_schema, converted, json_file
-from ..completion.correction_network import load_correction_network
+from ..completion.correction import load_correction_network
 from ..completion.sparse_correction import load_sparse_correction_network
 from ..data.blocks import Blocks
 from ..data.camera import checked_transform

@@ -9,7 +9,7 @@ import pytest
 import train
 from recipes.sparse_samples import Sample
 
-from ilf.completion.correction_network import CorrectionNetwork
+from ilf.completion.correction import CorrectionNetwork
 from ilf.completion.sparse_correction import CHANNELS, SparseCorrectionNetwork
 from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
 from ilf.segmentation.edges.detectors import EdgeNetwork

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.correction_network import correction_features
+from ilf.completion.correction import correction_features
 from ilf.errors import InputError
 from ilf.segmentation.edges.depth_edges import filled_log_depth
 

@@ -14,8 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.correction import UNCORRECTED, applied_change, fading
-from ilf.completion.correction_network import load_correction_network
+from ilf.completion.correction import UNCORRECTED, applied_change, fading, load_correction_network
 from ilf.completion.sparse_correction import middles_of_cells, sparse_features
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError

@@ -14,15 +14,16 @@ from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
 from ilf.completion import correction as correcting
 from ilf.completion.block import BlockTask, is_guided
-from ilf.completion.correction import Correction, applied_change
-from ilf.completion.correction_network import (
+from ilf.completion.correction import (
     CELL,
     CHANNELS,
     LARGEST,
     LEAK,
+    Correction,
     CorrectionNetwork,
     _weighted,
     _weights_of,
+    applied_change,
     correction_features,
     load_correction_network,
     smoothed,

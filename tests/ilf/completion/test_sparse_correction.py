@@ -6,8 +6,7 @@ import pytest
 import ilf
 from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ilf.completion import correction as correcting
-from ilf.completion.correction import fading
-from ilf.completion.correction_network import load_correction_network
+from ilf.completion.correction import fading, load_correction_network
 from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.completion.sparse_correction import (
     CHANNELS,
