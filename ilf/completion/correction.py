@@ -26,8 +26,7 @@ from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
-from ..segmentation.edges.depth_edges import CHANNELS as KNOWN_CHANNELS
-from ..segmentation.edges.depth_edges import features_of, filled_log_depth
+from ..segmentation.edges.detectors import DEPTH_CHANNELS, features_of, filled_log_depth
 from ..segmentation.edges.frame_edges import FrameEdges, edges_for
 from ..segmentation.extraction import found_blocks
 from .banded import solve_linked
@@ -40,7 +39,7 @@ Floats = NDArray[np.floating]
 
 # Input features of the correction network: the same in training and in use.
 
-CHANNELS = (*KNOWN_CHANNELS, "completed", "departure", "completed relief", "contours")
+CHANNELS = (*DEPTH_CHANNELS, "completed", "departure", "completed relief", "contours")
 """The channels of `correction_features`, in this order."""
 
 _DEPARTURE_GAIN, _RELIEF_GAIN = 4, 20

@@ -32,8 +32,7 @@ from ..data.presets import preset
 from ..data.results import BlockOutcome, Completion
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
-from ..segmentation.edges.depth_edges import DepthEdgeNetwork
-from ..segmentation.edges.detectors import load_model
+from ..segmentation.edges.detectors import DepthEdgeNetwork, load_model
 from . import files
 from .options import ExportOptions
 from .run import Run

@@ -17,8 +17,16 @@ from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters, Parameters
 from ...errors import InputError
-from .depth_edges import DepthEdgeNetwork
-from .detectors import Contours, EdgeNetwork, canny_edges, check_image, colour_gradient, gradient_strength, load_model
+from .detectors import (
+    Contours,
+    DepthEdgeNetwork,
+    EdgeNetwork,
+    canny_edges,
+    check_image,
+    colour_gradient,
+    gradient_strength,
+    load_model,
+)
 from .relief import Relief, find_relief
 
 Array = NDArray[np.float32]

@@ -14,7 +14,7 @@ from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
 from ilf.run.replaying import network_differences
-from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
+from ilf.segmentation.edges.detectors import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import find_edges, joined, relief_of
 
 from ..small_frames import QUICK, without_edges
