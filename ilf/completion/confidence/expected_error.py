@@ -23,8 +23,11 @@ from ..block import is_guided, required_known_pixels
 from ..completion import guide_hold_out
 from ..edge_aware.view import beyond_sensor_range
 from ..suspects import suspect_islands, without_suspects
-from .features import (
+from .fitted import MODELS
+from .model import (
     FLOOR,
+    WITHIN,
+    ErrorModel,
     Walks,
     default_edges,
     error_features,
@@ -35,8 +38,6 @@ from .features import (
     walk,
     walks_with_edges,
 )
-from .fitted import MODELS
-from .model import WITHIN, ErrorModel
 
 Array = NDArray[np.float32]
 
