@@ -1,4 +1,4 @@
-"""The model of the expected error, and what it predicts it from: features of a filled pixel, by the known depth around."""
+"""The model of the expected error, and the features of a filled pixel that it uses: its depth and the known depth around."""
 
 from __future__ import annotations
 

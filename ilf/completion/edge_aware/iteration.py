@@ -28,10 +28,9 @@ from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, pixels_in_window
-from .kernels import Sums
 from .noise import Noise, frame_noise
 from .shape import noise_of, polynomial_trend
-from .smoothness import SmoothnessEnergy, Weights
+from .smoothness import SmoothnessEnergy, Sums, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
