@@ -1,4 +1,4 @@
-"""The model of the expected error, and the features of a filled pixel that it uses: its depth and the known depth around."""
+"""The model of the expected error, and what it uses: a filled pixel's depth compared with the known depth around it."""
 
 from __future__ import annotations
 
