@@ -18,8 +18,7 @@ from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
 from ..data.pixel_grids import Pairs, connected_regions, different_labels, flood, long_lines, mark, spread
 from .edges.detectors import otsu_edges
-from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
-from .edges.relief import JUMP_LENGTH, Relief
+from .edges.frame_edges import JUMP_LENGTH, FrameEdges, Relief, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .merging import RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.

@@ -16,8 +16,7 @@ from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import BlockParameters
 from ..data.pixel_grids import flood, sides
-from .edges.frame_edges import find_edges
-from .edges.relief import filled_depth
+from .edges.frame_edges import filled_depth, find_edges
 
 Array = NDArray[np.float64]
 

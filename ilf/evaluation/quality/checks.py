@@ -27,7 +27,7 @@ from ...data.pixel_grids import (
     rim,
     sides,
 )
-from ...segmentation.edges.relief import JUMP_LENGTH
+from ...segmentation.edges.frame_edges import JUMP_LENGTH
 from .places import CheckInput, Place, largest_groups, make_check_input, number_groups, point_in
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.

@@ -16,7 +16,7 @@ from ...data.label_map import Box
 from ...data.parameters import BlockParameters
 from ...data.pixel_grids import both, different_labels, flood, mark, spread
 from ...errors import InputError
-from ..edges.relief import Relief, find_relief
+from ..edges.frame_edges import Relief, find_relief
 from ..extraction import contract, cut_at_jumps, regions_between, snap_to_jumps
 from ..merging import RegionGraph
 from .borders import CrackPaths, find_cracks, have_border

@@ -12,7 +12,7 @@ from ...data.frame import RGBDFrame
 from ...data.label_map import Box, Region, box_between, cropped, enclosed, grown, within
 from ...data.pixel_grids import flood
 from ..edges.detectors import colour_gradient
-from ..edges.relief import filled_depth
+from ..edges.frame_edges import filled_depth
 from .patches import LabelPatch, Labels, Mask, Points, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.

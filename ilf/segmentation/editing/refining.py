@@ -18,7 +18,7 @@ from scipy.sparse.linalg import splu
 from ...data.frame import RGBDFrame
 from ...data.label_map import Region, grown, within
 from ...data.pixel_grids import connected_regions, flood, neighbours
-from ..edges.relief import filled_depth
+from ..edges.frame_edges import filled_depth
 from .patches import LabelPatch, Labels, Mask, patch_within, unlocked_pixels
 from .snapping import smooth_lab
 
