@@ -1,4 +1,4 @@
-"""The edges of a frame, computed once for both blocks and filter: jumps and bends of the known depth, and what detectors
+"""The edges of a frame, computed once for both blocks and filter: jumps and bends of known depth, and what detectors
 find. A missing network is replaced by another detector."""
 
 from __future__ import annotations
