@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.cancellation import Steps, available_cores, run_in_parallel
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from ..data.blocks import Blocks
+from ..data.blocks import Block, Blocks, least_known_pixels
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
-from ..data.label_map import Block, drawn_of, least_known_pixels
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ..segmentation.edges.frame_edges import FrameEdges, edge_parameters, edges_for
@@ -75,9 +74,8 @@ class BlockTask:
     @classmethod
     def of(cls, frame: RGBDFrame, block: Block, parameters: Parameters, blocks: Blocks) -> Self:
         """The task of one of a frame's blocks, with what is said about it."""
-        extraction, drawn = blocks.extraction or BlockParameters(), drawn_of(block, blocks.drawn)
-        by_hand = None if blocks.by_hand is None else blocks.by_hand.of_block(block, frame)
-        return cls(frame, block, parameters, extraction, drawn, by_hand)
+        extraction = blocks.extraction or BlockParameters()
+        return cls(frame, block, parameters, extraction, blocks.drawn_of(block), blocks.by_hand_of(block, frame))
 
     @property
     def raw(self) -> NDArray[np.float32]:

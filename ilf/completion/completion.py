@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import Steps, check_cancelled, run_beside, run_to_end
 from ..data import presets
-from ..data.blocks import Blocks, as_blocks
+from ..data.blocks import Blocks, as_blocks, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
-from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError

@@ -18,10 +18,10 @@ from .._runtime.cancellation import run_beside
 from .._runtime.memory import release_memory
 from .._runtime.networks.models import CORRECTION, model_path
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
+from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
-from ..data.label_map import SPARSE, Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
+from ..data.blocks import Block, bounds, grown, moved, within
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block, bounds, grown, moved, within
 from ..data.pixel_grids import filled_from_nearest, strips
 from .edge_aware.view import WELL_KNOWN, flying_pixels
 

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import Block, grown
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block, grown
 from ..data.parameters import Parameters
 
 Mask = NDArray[np.bool_]

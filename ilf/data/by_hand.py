@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +12,6 @@ from .._runtime.formatting import as_float
 from ..errors import InputError
 from .arrays import check_shape, plain_array
 from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
-from .label_map import Block
 
 USUAL_WEIGHT = 0.3
 """Weight of a pixel's depth by hand; a measured pixel has weight 1."""
@@ -81,15 +80,6 @@ class DepthByHand:
             and self.weight == other.weight
             and np.array_equal(self.depth, other.depth, equal_nan=True)
         )
-
-    def of_block(self, block: Block, frame: RGBDFrame) -> DepthByHand | None:
-        """Return the part that counts in a block of a frame: at its missing pixels, in the order of `block.mask`'s True
-        values; None if there is none."""
-        missing = np.isnan(frame.depth[block.box][block.mask])
-        if frame.outside_view is not None:
-            missing &= ~frame.outside_view[block.box][block.mask]
-        own = np.where(missing, self.depth[block.box][block.mask], np.float32(np.nan))
-        return replace(self, depth=own) if np.isfinite(own).any() else None
 
     def check_counts(self, frame: RGBDFrame, labels: NDArray[np.int32]) -> None:
         """Raise InputError if it counts nowhere: all its pixels have measured depth, or are in no block."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from ..data.blocks import Blocks, as_blocks
+from ..data.blocks import Blocks, as_blocks, labels_in
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.frame import RGBDFrame
-from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
 from ..errors import InputError
 from ..io.block_files import read_blocks

@@ -13,7 +13,7 @@ from .._runtime.files import file_sha256
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ..completion.block import BlockTask
 from ..completion.correction import needs_correction
-from ..data.label_map import Block, find_blocks
+from ..data.blocks import Block, find_blocks
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockOutcome, BlockResult, Completion, History, compose

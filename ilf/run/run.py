@@ -19,12 +19,11 @@ from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
-from ..data.blocks import Blocks, as_blocks
+from ..data.blocks import Block, Blocks, as_blocks, find_blocks
 from ..data.by_hand import DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
-from ..data.label_map import Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters, nearest_preset
 from ..data.pictures import html_row, plot_row
 from ..data.presets import chosen_parameters

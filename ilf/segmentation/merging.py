@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import find_blocks, least_known_pixels
 from ..data.frame import RGBDFrame
-from ..data.label_map import find_blocks, least_known_pixels
 from ..data.pixel_grids import connected_regions, sides, strips
 from .edges.frame_edges import Relief
 

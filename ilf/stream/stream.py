@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 from .._runtime.cancellation import cancelled_by, short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction, unapplied_change
-from ..data.blocks import Blocks
+from ..data.blocks import Blocks, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose

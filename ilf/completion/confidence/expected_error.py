@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ..._runtime.cancellation import acquired, check_cancelled, run_beside
 from ..._runtime.memory import release_memory
 from ...data.arrays import plain_array
+from ...data.blocks import SPARSE
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
-from ...data.label_map import SPARSE
 from ...data.results import Completion
 from ...errors import ParameterError, check_kind
 from ...segmentation.edges.frame_edges import find_edges

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Block, Box
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.guide import Gives
-from ...data.label_map import Block, Box
 from ...data.pixel_grids import nearest_values
 from .guide_curve import Array, Mask, fit_slow_field, fitted, sharpen, smoothest_surface, sums_of_cells, weighted_median
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.compiling import inner
+from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
-from ...data.label_map import Block
 from ...data.parameters import Parameters
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Block, Box, bounds, grown, moved, union, within
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
-from ...data.label_map import Block, Box, bounds, grown, moved, union, within
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.pixel_grids import sides

@@ -13,8 +13,8 @@ from scipy.ndimage import find_objects
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.arrays import check_shape
+from ...data.blocks import Box, checked_labels, find_blocks
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, checked_labels, find_blocks
 from ...data.pixel_grids import (
     Pairs,
     connected_regions,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
 from ...completion.continuation import continue_plane
+from ...data.blocks import checked_labels, grown
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_labels, grown
 from ...data.pixel_grids import connected_regions, flood, neighbours
 from ...errors import InputError
 from ...segmentation.editing.cleaning import merge

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from ...data.blocks import Box
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box
 from ...data.parameters import BlockParameters
 from ...data.pixel_grids import both, different_labels, flood, mark, spread
 from ...errors import InputError

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Box, Region, box_between, cropped, enclosed, grown, within
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, Region, box_between, cropped, enclosed, grown, within
 from ...data.pixel_grids import flood
 from ..edges.detectors import colour_gradient
 from ..edges.frame_edges import filled_depth

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, bounds, grown, labels_in, moved, whole, within
+from ...data.blocks import Box, bounds, grown, labels_in, moved, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]

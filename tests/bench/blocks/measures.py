@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ilf.completion.block import required_known_pixels
+from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Box
 from ilf.data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, rim, sides
 from ilf.data.presets import preset
 from ilf.segmentation.edges.frame_edges import JUMP_LENGTH, find_relief

@@ -29,7 +29,7 @@ from ilf.completion.correction import (
     smoothed,
     spread,
 )
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256
 

@@ -9,7 +9,7 @@ import pytest
 
 import ilf
 from ilf.completion.block import max_pixels
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.data.results import EdgeAwareRecord, PassBandRecord, Status
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}

@@ -9,7 +9,7 @@ import pytest
 import ilf
 from ilf._runtime import installation as assets
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
