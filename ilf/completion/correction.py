@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import run_beside
 from .._runtime.memory import release_memory
-from .._runtime.networks.models import CORRECTION, model_path
+from .._runtime.networks.models import CORRECTION
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from ..data.blocks import SPARSE, Block, find_blocks
 from ..data.by_hand import DepthByHand
@@ -31,7 +31,7 @@ from ..segmentation.edges.frame_edges import FrameEdges, edges_for
 from ..segmentation.extraction import found_blocks
 from .banded import solve_linked
 from .block import BlockTask, is_guided
-from .sparse_correction import SparseCorrectionNetwork, load_sparse_correction_network
+from .sparse_correction import SparseCorrectionNetwork
 from .suspects import suspect_islands, without_suspects
 
 Array = NDArray[np.float32]
@@ -143,7 +143,7 @@ change of log depth and in position [px]."""
 
 
 class CorrectionNetwork(OnnxNetwork):
-    """A correction network, ready to run. `load` creates one; it may be used from any thread.
+    """A correction network, ready to run. `bundled` creates one; it may be used from any thread.
 
     The file is an ONNX network of two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `features`, the
     `correction_features`, H and W multiples of 32. Its outputs are `links`, (1, 6, H/4, W/4), in the order that
@@ -151,7 +151,7 @@ class CorrectionNetwork(OnnxNetwork):
     9 cells around it; those of 2 x 2 pixels together.
     """
 
-    KIND = "correction network"
+    KIND, NAME = "correction network", CORRECTION
 
     def change(self, rgb: NDArray[np.uint8], depth: Array, completed: Array, contours: Array) -> Array:
         """Compute the change of the logarithm of completed depth.
@@ -239,19 +239,6 @@ def _weighted(cells: Array, weights: Array) -> Array:
         total += weight * around[row : row + height, column : column + width]
     mean = (total / weights.sum(axis=0)).reshape(_PAIR, _PAIR, height, width)
     return np.ascontiguousarray(mean.transpose(2, 0, 3, 1)).reshape(_PAIR * height, _PAIR * width)
-
-
-def load_correction_network() -> CorrectionNetwork:
-    """Load the correction network that comes with the program.
-
-    Raises
-    ------
-    InputError
-        If its file is missing.
-    FormatError
-        If it is not a correction network.
-    """
-    return CorrectionNetwork.load(model_path(CORRECTION))
 
 
 # The correction of a frame: by the network, and in sparse frames by a second one.
@@ -344,10 +331,10 @@ def correction_networks(frame: RGBDFrame, edges: FrameEdges) -> Networks:
     InputError
         If one is missing or broken, or their input from the edge network is missing.
     """
-    network = load_correction_network()
+    network = CorrectionNetwork.bundled()
     if edges.network is None:
         raise InputError("the correction network needs the contours of the edge network.")
-    return network, load_sparse_correction_network() if frame.known.mean() < SPARSE else None
+    return network, SparseCorrectionNetwork.bundled() if frame.known.mean() < SPARSE else None
 
 
 def unapplied_change(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> Array:

@@ -229,6 +229,9 @@ class OnnxNetwork:
     KIND: ClassVar[str] = "edge network"
     """Name of this kind of network in messages."""
 
+    NAME: ClassVar[str]
+    """Name of the network of this kind that comes with the program."""
+
     INSTEAD: ClassVar[str] = ", or the Canny detector"
     """What can be chosen instead of a network of this kind, in messages."""
 
@@ -238,6 +241,11 @@ class OnnxNetwork:
         self.sha256 = sha256
         """Hash of the bytes that the network was read from, in hexadecimal digits."""
         self._try()
+
+    @classmethod
+    def bundled(cls) -> Self:
+        """Load the network that comes with the program; raises errors as `load`."""
+        return cls.load(asset_path(f"models/{cls.NAME}.onnx"))
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

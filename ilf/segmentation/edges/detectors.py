@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.networks.models import model_path
+from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
 from ..._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images
 from ...data.arrays import check_shape
 from ...data.pixel_grids import nearest_values, strips
@@ -153,6 +153,8 @@ class EdgeNetwork(OnnxNetwork):
     may be among the others.
     """
 
+    NAME = BUNDLED
+
     def strength(self, rgb: NDArray[np.uint8], multiscale: bool = False) -> Array:
         """Predict the boundary strength of an image; the arguments are those of `contours`, the result is of shape
         (H, W)."""
@@ -256,7 +258,7 @@ def load_model(name: str) -> EdgeNetwork:
     FormatError
         If its file is not an edge network.
     """
-    return EdgeNetwork.load(model_path(name))
+    return EdgeNetwork.bundled() if name == BUNDLED else EdgeNetwork.load(model_path(name))
 
 
 # Input features of the depth-edge network from known depth: the same in training and inference.
@@ -348,13 +350,13 @@ and the whole image."""
 
 
 class DepthEdgeNetwork(OnnxNetwork):
-    """A depth-edge network, ready to run. `load` creates one; it may be used from any thread.
+    """A depth-edge network, ready to run. `bundled` creates one; it may be used from any thread.
 
     The file is an ONNX network with two inputs, `image`, RGB in [0, 1] as float32 (1, 3, H, W), and `depth`, the
     `depth_features`, H and W multiples of 32. Its first outputs are `jump` and `crease`, (1, 1, H, W) in [0, 1].
     """
 
-    KIND = "depth-edge network"
+    KIND, NAME = "depth-edge network", DEPTH_EDGES
 
     def look(self, rgb: NDArray[np.uint8], depth: Array) -> tuple[Array, Array]:
         """Predict the depth edges of a frame.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.cancellation import check_cancelled, run_beside
-from ..._runtime.networks.models import BUNDLED, DEPTH_EDGES, model_path
+from ..._runtime.networks.models import BUNDLED
 from ...data.arrays import without_mask
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
@@ -285,7 +285,7 @@ def _edges_by(frame: RGBDFrame, detector: str, parameters: BlockParameters) -> F
     network: DepthEdgeNetwork | EdgeNetwork | None = None
     if detector != "canny":
         is_rgbd = detector == "rgbd"
-        network = DepthEdgeNetwork.load(model_path(DEPTH_EDGES)) if is_rgbd else load_model(parameters.model)
+        network = DepthEdgeNetwork.bundled() if is_rgbd else load_model(parameters.model)
     multiscale = detector == "hed" and parameters.multiscale
     return _find(frame, network, multiscale, _canny(parameters), _jump(parameters))
 
@@ -379,7 +379,7 @@ def _find(
 def _bundled_contours(frame: RGBDFrame) -> tuple[NDArray[np.float32] | None, tuple[str, ...]]:
     """Contours by the bundled network, to be combined with depth edges; or a note on why there are none."""
     try:
-        return network_contours(frame.edge_rgb, load_model(BUNDLED), False)[1], ()
+        return network_contours(frame.edge_rgb, EdgeNetwork.bundled(), False)[1], ()
     except InputError as error:
         return None, (f"Depth edges are not combined with contours of the colour image: {error}",)
 
