@@ -10,6 +10,7 @@ import pytest
 import ilf
 from ilf._runtime.networks import network
 from ilf.errors import InputError, InstallationError
+from ilf.segmentation.edges.detectors import EdgeNetwork
 from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, edges_for, find_edges, relief_of
 from ilf.segmentation.extraction import extract
 
@@ -71,7 +72,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(foreign, tmp_path, 
     path = tmp_path / "edges.onnx"
     if foreign:
         path.write_bytes(b"no network")
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: path)
+    monkeypatch.setattr(EdgeNetwork, "bundled", lambda: EdgeNetwork.load(path))
     frame, labels = _holed()
     result = ilf.complete(frame, labels, ilf.preset(correction=False))
     assert np.isfinite(result.depth).all()

@@ -53,7 +53,7 @@ def _tiny(folder):
 
 def _bundle(monkeypatch, files):
     found = assets.asset_path
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: files.get(name) or found(name))
+    monkeypatch.setattr("ilf._runtime.networks.network.asset_path", lambda name: files.get(name) or found(name))
 
 
 def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network):
