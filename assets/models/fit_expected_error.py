@@ -22,9 +22,19 @@ from scipy.optimize import minimize, minimize_scalar
 from scipy.sparse import csr_array, hstack
 
 from ilf.completion.confidence.expected_error import DEFAULT_MODEL, difficulty_of, difficulty_samples
-from ilf.completion.confidence.features import FEATURES, FLOOR, default_edges, error_features, filled_pixels
 from ilf.completion.confidence.fitted import MODELS
-from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, ErrorModel, gap_weight, unusual
+from ilf.completion.confidence.model import (
+    FEATURES,
+    FLOOR,
+    WITHIN,
+    WITHIN_TWICE,
+    ErrorModel,
+    default_edges,
+    error_features,
+    filled_pixels,
+    gap_weight,
+    unusual,
+)
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
@@ -67,7 +77,7 @@ class Sample:
     sensor, pattern : str
         Sensor of the frame (`BenchFrame.sensor`), and pattern of the hold-out.
     features : ndarray of float, shape (N, 13)
-        See `ilf.completion.confidence.features.error_features`.
+        See `ilf.completion.confidence.model.error_features`.
     depths : ndarray of float64, shape (N,)
         Completed depth [m].
     shares : ndarray of float64, shape (N,)

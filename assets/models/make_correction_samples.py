@@ -33,11 +33,11 @@ from recipes.pictures import random_colour, read_picture, with_hidden_depth
 from recipes.simulated import RENDERED, simulated
 
 from ilf.completion.correction import UNCORRECTED
-from ilf.completion.filter import edges_for
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.run.run import complete
+from ilf.segmentation.edges.frame_edges import edges_for
 from ilf.segmentation.extraction import extract_blocks
 
 SEED = 41

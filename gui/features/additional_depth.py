@@ -60,7 +60,6 @@ def _with_guide(frame: RGBDFrame, path: str) -> tuple[RGBDFrame, str]:
     """Read a guide from a file and fit it to the known depth; return the frame with it, and a sentence on it."""
     frame = frame.with_guide(load_guide(path, frame.shape, frame.rgb))
     fitted = fit_guide(frame)
-    assert fitted is not None
     share = (fitted.confidence > 0).mean()
     return frame, f"Guide {Path(path).name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.completion.interpolation import linear
-from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import PassBandRecord
 from ilf.drawing.colours import depth_spectrum
@@ -110,7 +109,7 @@ class DerivedFeature(Feature):
         if frame.guide is None:
             self._tell("guide")
         else:
-            self._ask("guide", (frame,), lambda: _fitted(frame))
+            self._ask("guide", (frame,), lambda: fit_guide(frame).depth)
 
     def _ask_spectrum(self, document: Document) -> None:
         """Ask for the spectrum of the selected block."""
@@ -140,12 +139,6 @@ class DerivedFeature(Feature):
             return
         before, now = (moment_reader(one, self.context.recorder.store) for one in (listed[row - 1], entry))
         self._ask("before", (document,), lambda: now().since(before()), again=True)
-
-
-def _fitted(frame: RGBDFrame) -> NDArray[np.float32] | None:
-    """Return the frame's guide, fitted to its known depth [m]."""
-    fitted = fit_guide(frame)
-    return None if fitted is None else fitted.depth
 
 
 def _spectrum(depth: NDArray[np.float32], padding: float, radii: tuple[float, float], name: str) -> Spectrum:

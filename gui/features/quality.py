@@ -16,8 +16,8 @@ from PySide6.QtGui import QAction, QColor, QPainterPath
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
+from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Box
 from ilf.data.parameters import BlockParameters
 from ilf.errors import IlfError
 from ilf.evaluation.quality.checks import find_places, propagated_places

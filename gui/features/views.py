@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ilf.data.label_map import bounds
+from ilf.data.blocks import bounds
 
 from ..base.commands import command
 from ..base.needs import Need

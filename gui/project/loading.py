@@ -14,7 +14,6 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from ilf._runtime.formatting import covered
-from ilf.completion.filter import edges_for
 from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
@@ -25,6 +24,7 @@ from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
 from ilf.run.replaying import Replay
 from ilf.run.run import Run
+from ilf.segmentation.edges.frame_edges import edges_for
 from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import Listing, list_frames

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box, whole
+from ilf.data.blocks import Box, whole
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import BlockInfo, Blocks, block_colour
+from ilf.data.blocks import BlockInfo, Blocks, Box, block_colour, bounds, whole
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
-from ilf.data.label_map import Box, bounds, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import BlockParameters
 from ilf.data.results import BlockResult, Completion, IterationRecord

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import BlockInfo, Blocks, block_colour
+from ilf.data.blocks import BlockInfo, Blocks, Box, block_colour
 from ilf.data.by_hand import DepthByHand, as_by_hand
 from ilf.data.frame import RGBDFrame, read_only
-from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord, compose
 from ilf.project.frame_state import FrameState

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.label_map import Box
+from ilf.data.blocks import Box
 from ilf.segmentation.editing.patches import LabelPatch
 
 if TYPE_CHECKING:

@@ -9,15 +9,14 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.filter import edge_parameters
-from ilf.data.blocks import Blocks
-from ilf.data.by_hand import DepthByHand, by_hand_of
+from ilf.data.blocks import Block, Blocks, Box, union, whole
+from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import RGBDFrame
 from ilf.data.guide import Guide
-from ilf.data.label_map import Block, Box, drawn_of, union, whole
 from ilf.data.neighbours import NeighbourDepth
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult, Completion, IterationRecord
+from ilf.segmentation.edges.frame_edges import edge_parameters
 
 Preview = tuple[Block, NDArray[np.float32]]
 """A running block and its depth [m] so far, one value per pixel of the block."""
@@ -52,8 +51,8 @@ class StoredBlockResult(NamedTuple):
             and result.edges == edge_parameters(result.parameters, blocks.extraction)
             and np.array_equal(blocks.labels[block.box] == block.label, block.mask)
             and same_layers(self.frame, frame)
-            and same_mask(result.drawn, drawn_of(block, blocks.drawn))
-            and same_depth(result.by_hand, by_hand_of(block, blocks.by_hand, frame))
+            and same_mask(result.drawn, blocks.drawn_of(block))
+            and same_depth(result.by_hand, blocks.by_hand_of(block, frame))
         )
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QPainterPath, QPainterPathStroker
 
-from ilf.data.label_map import Region, cropped
+from ilf.data.blocks import Region, cropped
 from ilf.errors import InputError
 from ilf.segmentation.editing.painting import brush_stroke, erase, paint
 from ilf.segmentation.editing.snapping import similar_pixels

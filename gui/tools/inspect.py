@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box
+from ilf.data.blocks import Box
 from ilf.evaluation.measuring import Line, point_in_space
 
 from ..state.document import Document

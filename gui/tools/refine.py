@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ilf.data.label_map import cropped
+from ilf.data.blocks import cropped
 from ilf.segmentation.editing.patches import LabelPatch
 from ilf.segmentation.editing.refining import refine_borders
 

@@ -10,8 +10,8 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
+from ilf.data.blocks import cropped
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import cropped
 from ilf.errors import InputError
 from ilf.segmentation.editing.cleaning import pixels_apart
 from ilf.segmentation.editing.painting import erase, give

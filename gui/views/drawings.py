@@ -24,7 +24,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from ilf.data.label_map import Box
+from ilf.data.blocks import Box
 from ilf.drawing.blocks import InnerPoint
 
 from ..base.theme import Colours, blend

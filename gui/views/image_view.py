@@ -13,7 +13,7 @@ from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Si
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
 from PySide6.QtWidgets import QAbstractScrollArea
 
-from ilf.data.label_map import Box, bounds, union, whole
+from ilf.data.blocks import Box, bounds, union, whole
 from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
 

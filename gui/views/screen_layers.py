@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSizeF
 
-from ilf.data.label_map import Box, whole
-from ilf.segmentation.editing.patches import grown
+from ilf.data.blocks import Box, grown, whole
 
 from .drawings import Argb
 

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.label_map import Box, whole
+from ilf.data.blocks import Box, whole
 from ilf.drawing.blocks import inner_points
 
 from ..state.document import Document

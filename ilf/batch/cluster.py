@@ -8,10 +8,10 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
 from typing import Any, TypeVar
 
+from .._runtime.cancellation import available_cores
 from .._runtime.files import read_json
 from .._runtime.installation import optional
 from .._runtime.schema import Section
-from .._runtime.threads import available_cores
 from ..errors import IlfError, InputError
 
 SHARED_FOLDER = "Use an output folder that all machines share under the same path."

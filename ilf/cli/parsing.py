@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 from .._runtime.files import absolute
-from .._runtime.networks.session import DEVICE_VARIABLE, DEVICES
+from .._runtime.networks.network import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
 from ..data.frame import RGBDFrame

@@ -10,19 +10,18 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime.cancellation import Steps, available_cores, run_in_parallel
 from .._runtime.formatting import counted, grouped
 from .._runtime.memory import release_memory
-from .._runtime.threads import available_cores
-from ..data.blocks import Blocks
-from ..data.by_hand import DepthByHand, by_hand_of
+from ..data.blocks import Block, Blocks, least_known_pixels
+from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
-from ..data.label_map import Block, drawn_of, least_known_pixels
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import BlockOutcome, BlockResult, IterationRecord, Status, Step
-from ..segmentation.edges.frame_edges import FrameEdges
+from ..segmentation.edges.frame_edges import FrameEdges, edge_parameters, edges_for
+from .edge_aware.fitted_guide import fit_guide
 from .edge_aware.iteration import EdgeAwareIteration
-from .filter import edge_parameters, edges_for, guide_suffices, max_pixels
-from .parallel import Steps, run_in_parallel
+from .edge_aware.view import max_window
 from .pass_band.iteration import PassBandIteration
 from .rims import depth_at_rims
 from .stepper import Stepper
@@ -75,8 +74,8 @@ class BlockTask:
     @classmethod
     def of(cls, frame: RGBDFrame, block: Block, parameters: Parameters, blocks: Blocks) -> Self:
         """The task of one of a frame's blocks, with what is said about it."""
-        extraction, drawn = blocks.extraction or BlockParameters(), drawn_of(block, blocks.drawn)
-        return cls(frame, block, parameters, extraction, drawn, by_hand_of(block, blocks.by_hand, frame))
+        extraction = blocks.extraction or BlockParameters()
+        return cls(frame, block, parameters, extraction, blocks.drawn_of(block), blocks.by_hand_of(block, frame))
 
     @property
     def raw(self) -> NDArray[np.float32]:
@@ -162,7 +161,7 @@ class BlockTask:
             return BlockOutcome(label, Status.NOTHING_MISSING, message, pixels, known, outside=outside)
         density = np.count_nonzero(self.frame.known) / self.frame.known.size
         needed = int(required_known_pixels(pixels, parameters, density))
-        if known < needed and self.by_hand is None and not guide_suffices(self.frame, self.block, parameters):
+        if known < needed and self.by_hand is None and not self._guide_suffices():
             message = (
                 f"{grouped(known)} of {counted(pixels, 'pixel')} have depth ({known / pixels:.1%}); at least "
                 f"{grouped(needed)} are needed. "
@@ -170,6 +169,11 @@ class BlockTask:
             )
             return BlockOutcome(label, Status.NOT_RECOVERABLE, message, pixels, known, outside=outside)
         return None
+
+    def _guide_suffices(self) -> bool:
+        """Whether the belief in the frame's guide is high enough to complete the block with hardly any known depth."""
+        guided = self.parameters.filter == "edge-aware" and self.frame.guide is not None
+        return guided and fit_guide(self.frame).suffices_for(self.block)
 
     def _outcome(
         self, completed: NDArray[np.float32], history: Sequence[IterationRecord], stepper: Stepper
@@ -248,6 +252,19 @@ def filter_steps(
         [sizes[task.block.label] for task in largest_first],
         max(_MAX_PIXELS, _MAX_FRAMES * tasks[0].frame.depth.size),
     )
+
+
+def max_pixels(frame: RGBDFrame, block: Block, parameters: Parameters) -> int:
+    """Maximum number of pixels that a block's stepper processes; its memory is proportional to it."""
+    if parameters.filter != "edge-aware":
+        return block.mask.size
+    rows, columns = max_window(frame.shape, block.box, parameters.mode)
+    return (rows.stop - rows.start) * (columns.stop - columns.start)
+
+
+def is_guided(frame: RGBDFrame) -> bool:
+    """Whether the frame has a guide with a belief above 0."""
+    return frame.guide is not None and fit_guide(frame).belief > 0
 
 
 def required_known_pixels(pixels: ArrayLike, parameters: Parameters, density: float = 1.0) -> NDArray[np.floating]:

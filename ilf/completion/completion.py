@@ -10,25 +10,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_cancelled, run_to_end
-from .._runtime.threads import run_beside
+from .._runtime.cancellation import Steps, check_cancelled, run_beside, run_to_end
 from ..data import presets
-from ..data.blocks import Blocks, as_blocks
+from ..data.blocks import Blocks, as_blocks, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
 from ..data.guide import Guide
-from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.results import NO_BLOCK, BlockResult, Step
 from ..errors import InputError
 from ..segmentation.extraction import found_blocks
-from .block import BlockTask, Watch, filter_steps
+from .block import BlockTask, Watch, filter_steps, is_guided
 from .correction import BaseCompletion, Correction, correction_networks, find_base_completion, needs_correction
 from .edge_aware.fitted_guide import fit_guide
-from .filter import is_guided
 from .guide_hold_out import GuideHoldOut, HeldOut, decided, held_out_frames, ranges_of_all
-from .parallel import Steps
 from .stepper import Stepper
 
 
@@ -172,7 +168,6 @@ def guide_text(frame: RGBDFrame) -> str:
         With a guide.
     """
     fitted = fit_guide(frame)
-    assert fitted is not None
     test = guide_hold_out(frame) if fitted.belief > 0 else None
     return fitted.to_text() if test is None else test.to_text()
 

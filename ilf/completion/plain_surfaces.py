@@ -10,6 +10,7 @@ from scipy.sparse import csc_array, csr_array, diags_array, vstack
 from scipy.sparse.linalg import splu
 
 from ..errors import InputError
+from .rims import similar_neighbours
 
 # Sparse linear systems of pixels.
 
@@ -122,12 +123,6 @@ def plane_through(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 # Colourisation: pixels of similar colour have similar depth.
 
-_NEIGHBOURS = np.array([(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if (row, column) != (0, 0)])
-_VARIANCE_SHARE = 0.6
-_MIN_WEIGHT = 0.01
-_MIN_VARIANCE = 2e-6
-_ACROSS = 0.2
-
 
 def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDArray[np.float64]:
     """Levin, Lischinski and Weiss, "Colorization using optimization", 2004, as the NYU Depth toolbox uses it on depth.
@@ -153,53 +148,3 @@ def colourisation(grey: NDArray[np.float64], depth: NDArray[np.float64]) -> NDAr
     links = csr_array((weights[present], (rows, neighbours[present])), shape=(grey.size, grey.size))
     matrix = diags_array(1.0 + np.isfinite(depth).ravel()) - links
     return solve(matrix.tocsc(), np.nan_to_num(depth).ravel()).reshape(depth.shape)
-
-
-def similar_neighbours(
-    grey: NDArray[np.float64], pixels: NDArray[np.bool_], block: NDArray[np.bool_] | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """The weights by which each of some pixels is the mean of those around it.
-
-    Parameters
-    ----------
-    grey : ndarray of float64, shape (H, W)
-        Grey levels in [0, 1].
-    pixels : ndarray of bool, shape (H, W)
-        The N pixels; others have no weight.
-    block : ndarray of bool, shape (H, W), optional
-        Pixels of a block, across whose border neighbours have a fifth of their weight.
-
-    Returns
-    -------
-    weights : ndarray of float64, shape (8, N)
-        Of sum 1, or 0 for a pixel without neighbours.
-    neighbours : ndarray of int, shape (8, N)
-        Which of the pixels they belong to, in rows from the top; where a weight is 0, any of them.
-    """
-    padded = np.pad(pixels, 1)
-    number, places = np.cumsum(padded) - 1, np.flatnonzero(padded)
-    around = places + (_NEIGHBOURS @ np.array([padded.shape[1], 1]))[:, np.newaxis]
-    weights = np.where(padded.ravel()[around], _affinities(grey, places, around), 0.0)
-    if block is not None:
-        own = np.pad(block, 1).ravel()
-        weights[own[around] != own[places]] *= _ACROSS
-    weights /= np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
-    return weights, np.maximum(number[around], 0)
-
-
-def _affinities(grey: NDArray[np.float64], places: NDArray[np.intp], around: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Similarity of N pixels with their eight neighbours, (8, N); both are indices in the image with a rim of 1 px."""
-    inside = np.pad(np.ones(grey.shape, bool), 1).ravel()[around]
-    levels = np.pad(grey, 1).ravel()
-    own, others = levels[places], levels[around]
-    count = inside.sum(axis=0) + 1
-    mean = (others.sum(axis=0) + own) / count
-    deviation = np.where(inside, others - mean, 0.0)
-    variance = ((deviation**2).sum(axis=0) + (own - mean) ** 2) / count
-    difference = (others - own) ** 2
-    # the most similar neighbour keeps some weight whatever the variance
-    nearest = np.where(inside, difference, np.inf).min(axis=0)
-    spread = np.maximum.reduce(
-        [_VARIANCE_SHARE * variance, nearest / -math.log(_MIN_WEIGHT), np.full(places.size, _MIN_VARIANCE)]
-    )
-    return np.exp(-difference / spread)

@@ -6,19 +6,19 @@ on which of the surfaces a pixel lies: depth is that of `colourisation`, solved 
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
+from ..data.blocks import Block, bounds, grown, moved, within
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block, bounds, moved, within
 from ..data.pixel_grids import filled_from_nearest, strips
-from ..segmentation.editing.patches import grown
 from .edge_aware.view import WELL_KNOWN, flying_pixels
-from .plain_surfaces import similar_neighbours
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -152,3 +152,62 @@ def _have_steps(depth: Array, places: NDArray[np.intp]) -> Mask:
         ordered = np.sort(padded.ravel()[at[part] + around[:, np.newaxis]], axis=0)  # NaN last
         found[part] = (ordered[1:] > np.float32(_STEP) * ordered[:-1]).any(axis=0)
     return found
+
+
+# The weights of colourisation: pixels of similar colour have similar depth.
+
+_NEIGHBOURS = np.array([(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if (row, column) != (0, 0)])
+_VARIANCE_SHARE = 0.6
+_MIN_WEIGHT = 0.01
+_MIN_VARIANCE = 2e-6
+_ACROSS = 0.2
+
+
+def similar_neighbours(
+    grey: NDArray[np.float64], pixels: NDArray[np.bool_], block: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """The weights by which each of some pixels is the mean of those around it.
+
+    Parameters
+    ----------
+    grey : ndarray of float64, shape (H, W)
+        Grey levels in [0, 1].
+    pixels : ndarray of bool, shape (H, W)
+        The N pixels; others have no weight.
+    block : ndarray of bool, shape (H, W), optional
+        Pixels of a block, across whose border neighbours have a fifth of their weight.
+
+    Returns
+    -------
+    weights : ndarray of float64, shape (8, N)
+        Of sum 1, or 0 for a pixel without neighbours.
+    neighbours : ndarray of int, shape (8, N)
+        Which of the pixels they belong to, in rows from the top; where a weight is 0, any of them.
+    """
+    padded = np.pad(pixels, 1)
+    number, places = np.cumsum(padded) - 1, np.flatnonzero(padded)
+    around = places + (_NEIGHBOURS @ np.array([padded.shape[1], 1]))[:, np.newaxis]
+    weights = np.where(padded.ravel()[around], _affinities(grey, places, around), 0.0)
+    if block is not None:
+        own = np.pad(block, 1).ravel()
+        weights[own[around] != own[places]] *= _ACROSS
+    weights /= np.maximum(weights.sum(axis=0), np.finfo(np.float64).tiny)
+    return weights, np.maximum(number[around], 0)
+
+
+def _affinities(grey: NDArray[np.float64], places: NDArray[np.intp], around: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Similarity of N pixels with their eight neighbours, (8, N); both are indices in the image with a rim of 1 px."""
+    inside = np.pad(np.ones(grey.shape, bool), 1).ravel()[around]
+    levels = np.pad(grey, 1).ravel()
+    own, others = levels[places], levels[around]
+    count = inside.sum(axis=0) + 1
+    mean = (others.sum(axis=0) + own) / count
+    deviation = np.where(inside, others - mean, 0.0)
+    variance = ((deviation**2).sum(axis=0) + (own - mean) ** 2) / count
+    difference = (others - own) ** 2
+    # the most similar neighbour keeps some weight whatever the variance
+    nearest = np.where(inside, difference, np.inf).min(axis=0)
+    spread = np.maximum.reduce(
+        [_VARIANCE_SHARE * variance, nearest / -math.log(_MIN_WEIGHT), np.full(places.size, _MIN_VARIANCE)]
+    )
+    return np.exp(-difference / spread)

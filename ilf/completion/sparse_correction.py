@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.networks.models import SPARSE_CORRECTION, model_path
+from .._runtime.networks.models import SPARSE_CORRECTION
 from .._runtime.networks.network import OnnxNetwork
 from ..data.pixel_grids import nearest_values
 from ..errors import FormatError
@@ -150,13 +150,13 @@ def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
 
 
 class SparseCorrectionNetwork(OnnxNetwork):
-    """A network that changes the corrected depth of a sparse frame. `load` creates one; use it from any thread.
+    """A network that changes the corrected depth of a sparse frame. `bundled` creates one; use it from any thread.
 
     The file is an ONNX network of one input, the `sparse_features`, as float32 (1, 24, h, w), and one output, the
     change of log depth of each cell, (1, 1, h, w).
     """
 
-    KIND = "correction network for sparse depth"
+    KIND, NAME = "correction network for sparse depth", SPARSE_CORRECTION
 
     def change(self, rgb: NDArray[np.uint8], depth: Array, corrected: Array, change: Array, contours: Array) -> Array:
         """Compute the further change of the logarithm of corrected depth, float32 (H, W).
@@ -182,19 +182,6 @@ class SparseCorrectionNetwork(OnnxNetwork):
 
     def _try(self) -> None:
         self._cells(np.zeros((len(CHANNELS), 12, 16), np.float32))
-
-
-def load_sparse_correction_network() -> SparseCorrectionNetwork:
-    """Load the correction network for sparse depth that comes with the program.
-
-    Raises
-    ------
-    InputError
-        If its file is missing.
-    FormatError
-        If it is not such a network.
-    """
-    return SparseCorrectionNetwork.load(model_path(SPARSE_CORRECTION))
 
 
 def _padded(values: NDArray[np.generic], side: int) -> NDArray:

@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import Block, grown
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.label_map import Block
 from ..data.parameters import Parameters
-from ..segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
 

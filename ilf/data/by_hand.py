@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +12,6 @@ from .._runtime.formatting import as_float
 from ..errors import InputError
 from .arrays import check_shape, plain_array
 from .frame import FARTHEST_DEPTH, RGBDFrame, read_only
-from .label_map import Block
 
 USUAL_WEIGHT = 0.3
 """Weight of a pixel's depth by hand; a measured pixel has weight 1."""
@@ -82,36 +81,20 @@ class DepthByHand:
             and np.array_equal(self.depth, other.depth, equal_nan=True)
         )
 
+    def check_counts(self, frame: RGBDFrame, labels: NDArray[np.int32]) -> None:
+        """Raise InputError if it counts nowhere: all its pixels have measured depth, or are in no block."""
+        missing = self.pixels & frame.missing
+        if not missing.any():
+            raise InputError("Depth by hand counts only where depth is missing. Mark the measured depth invalid first.")
+        if not labels[missing].any():
+            raise InputError(
+                "Depth by hand counts only in blocks, and no block has its pixels. Add them to a block first."
+            )
 
-def as_by_hand(given: ArrayLike | DepthByHand | None, shape: tuple[int, int]) -> DepthByHand | None:
+
+def as_by_hand(given: ArrayLike | DepthByHand, shape: tuple[int, int]) -> DepthByHand | None:
     """Return depth by hand from an array or unchanged; None if it states nothing or has no weight. Raise InputError if
     it does not have this shape (H, W)."""
-    if given is None:
-        return None
     by_hand = given if isinstance(given, DepthByHand) else DepthByHand(given)
     check_shape("Depth by hand", by_hand.depth.shape, shape)
     return by_hand if by_hand.weight > 0 and by_hand.pixels.any() else None
-
-
-def by_hand_of(block: Block, by_hand: DepthByHand | None, frame: RGBDFrame) -> DepthByHand | None:
-    """Return the part of depth by hand that counts in a block of a frame: at its missing pixels, in the order of
-    `block.mask`'s True values; None if there is none."""
-    if by_hand is None:
-        return None
-    missing = np.isnan(frame.depth[block.box][block.mask])
-    if frame.outside_view is not None:
-        missing &= ~frame.outside_view[block.box][block.mask]
-    own = np.where(missing, by_hand.depth[block.box][block.mask], np.float32(np.nan))
-    return replace(by_hand, depth=own) if np.isfinite(own).any() else None
-
-
-def check_counts(by_hand: DepthByHand | None, frame: RGBDFrame, labels: NDArray[np.int32]) -> None:
-    """Raise InputError for depth by hand that counts nowhere: all its pixels have measured depth, or are in no
-    block."""
-    if by_hand is None:
-        return
-    missing = by_hand.pixels & frame.missing
-    if not missing.any():
-        raise InputError("Depth by hand counts only where depth is missing. Mark the measured depth invalid first.")
-    if not labels[missing].any():
-        raise InputError("Depth by hand counts only in blocks, and no block has its pixels. Add them to a block first.")

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
 from ..errors import InputError
+from .blocks import Block
 from .by_hand import DepthByHand
 from .frame import RGBDFrame
-from .label_map import Block
 from .open3d_images import image_of
 from .parameters import BlockParameters, Parameters
 from .pictures import html_row, plot_curves, plot_error, plot_row
@@ -206,7 +206,7 @@ class BlockResult:
         Parameters of the edges that the filter used (`edge_parameters`); None for the pass band.
     drawn : ndarray of bool or None
         Which of the block's pixels were marked as at a drawn border, in the order of `block.mask`'s True values
-        (`drawn_of`); None if none was.
+        (`Blocks.drawn_of`); None if none was.
     correction : tuple of str
         SHA-256 of the correction network that was used and, in a sparse frame, of that for sparse depth; empty if none
         was.

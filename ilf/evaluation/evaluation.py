@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from .._runtime.cancellation import mapped_steps
 from ..data.arrays import check_shape, plain_array
+from ..data.blocks import Box, checked_labels
 from ..data.frame import RGBDFrame, checked_frame, checked_mask
-from ..data.label_map import Box, checked_labels
 from ..data.results import Completion, NanEqual
 from ..errors import InputError, check_kind
 

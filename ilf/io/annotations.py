@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..data.blocks import Blocks
-from ..data.label_map import Region, cropped
+from ..data.blocks import Blocks, Region, cropped
 from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
 from .labels import UNNAMED, Candidate, stacked

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import existing_file, file_sha256, read_file, read_json
 from .._runtime.networks.models import check_name, model_names, models_folder, name_from
-from .._runtime.networks.network import OnnxNetwork, as_input
-from .._runtime.networks.session import RefusedInputError
+from .._runtime.networks.network import OnnxNetwork, RefusedInputError, as_input
 from .._runtime.schema import converted
 from .._runtime.writing import atomic_path, ensure_folder, write_bytes
 from ..data.guide import Gives, Guide, GuideCard

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime.files import FileSource, read_file
 from .._runtime.formatting import counted, natural
 from ..data.arrays import check_shape, plain_array
-from ..data.blocks import BlockInfo, Blocks, block_colour
-from ..data.label_map import Box, Region, cropped, labels_in, union
+from ..data.blocks import BlockInfo, Blocks, Box, Region, block_colour, cropped, labels_in, union
 from ..errors import ExportError, FormatError, InputError
 from .images import encode_image, image_header, read_indices
 

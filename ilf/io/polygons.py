@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.label_map import Region, cropped, enclosed
+from ..data.blocks import Region, cropped, enclosed
 from ..data.pixel_grids import connected_regions
 from ..errors import InputError
 

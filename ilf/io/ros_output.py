@@ -6,6 +6,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from .._runtime.closing import Closeable
 from .._runtime.installation import optional
 from ..data.camera import Camera
 from ..errors import ExportError, ParameterError, cause, told_as
@@ -60,7 +60,7 @@ class StampedDepth:
     name: str = "frame"
 
 
-class DepthRecorder(Closeable):
+class DepthRecorder(AbstractContextManager["DepthRecorder"]):
     """Writes depth into one MCAP file of ROS 2: topics `depth_completed` and `camera_info`, and `image_rect_color`
     (rgb8), `expected_error` (32FC1, metres) and `tf` for frames that have these. The file is readable between any two
     frames: after a crash or on a full disk it contains those before.
@@ -127,6 +127,9 @@ class DepthRecorder(Closeable):
             data = bytes(self._store.serialize_cdr(message, kind))
             self._writer.add_message(self._channels[topic], frame.stamp, data, frame.stamp)
         self._finish_moment()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the file."""

@@ -12,12 +12,11 @@ import weakref
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
-from .._runtime.closing import Closeable
 from .._runtime.files import MAX_FILE_BYTES, open_file
 from .._runtime.formatting import counted
 from .._runtime.writing import atomic_path
@@ -41,7 +40,7 @@ class StoredPart:
     checksum: int | None = None
 
 
-class Archive(Closeable):
+class Archive(AbstractContextManager["Archive"]):
     """The parts of a project file, each read on demand. Thread-safe.
 
     Parameters
@@ -82,6 +81,9 @@ class Archive(Closeable):
             count = counted(len(self._members), "part")
             self.problems = (f"{self.path.name} is damaged or truncated; {count} recovered.",)
         weakref.finalize(self, self._stream.close)  # one that nobody takes any more, as at the window's end
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the file; parts can no longer be read."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .._runtime.cancellation import check_cancelled
 from .._runtime.writing import check_writable
-from ..data.label_map import labels_in
+from ..data.blocks import labels_in
 from ..data.parameters import Parameters
 from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from .._runtime.closing import Closeable
 from .._runtime.schema import check_schema
 from ..data.frame import InputFile
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as
@@ -25,7 +24,7 @@ SUFFIX = ".ilf"
 
 
 @dataclass(frozen=True)
-class OpenedProject(ReadProject, Closeable):
+class OpenedProject(ReadProject, AbstractContextManager["OpenedProject"]):
     """An open project file: the content of project.json, and where the rest is.
 
     Attributes
@@ -74,6 +73,9 @@ class OpenedProject(ReadProject, Closeable):
         if not frame.has_state and frame.source is not None:
             return Decoded(empty_state(frame_id, read_frame(frame.source)))
         return load_state(frame_id, self.parts, places or self.places)
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the file."""

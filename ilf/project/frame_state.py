@@ -9,9 +9,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from ..data.blocks import Blocks
+from ..data.blocks import Blocks, Box
 from ..data.frame import RGBDFrame
-from ..data.label_map import Box
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockResult, Completion, Status, compose

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.arrays import frozen
-from ..data.blocks import Blocks
-from ..data.label_map import labels_in
+from ..data.blocks import Blocks, labels_in
 from ..segmentation.propagation.propagate import Followed, follow
 from ..segmentation.reextraction import made_by_hand
 from ..sources.trajectories import motion_between

@@ -15,9 +15,8 @@ from .._runtime.files import parse_json
 from .._runtime.installation import __version__
 from .._runtime.schema import check_schema, converted
 from ..data.arrays import frozen
-from ..data.blocks import Blocks
+from ..data.blocks import Blocks, checked_labels
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
-from ..data.label_map import checked_labels
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..io.encodings import encoding_of_inputs

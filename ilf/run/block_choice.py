@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from ..data.blocks import Blocks, as_blocks
-from ..data.by_hand import USUAL_WEIGHT, check_counts
+from ..data.blocks import Blocks, as_blocks, labels_in
+from ..data.by_hand import USUAL_WEIGHT
 from ..data.frame import RGBDFrame
-from ..data.label_map import labels_in
 from ..data.parameters import BlockParameters
 from ..errors import InputError
 from ..io.block_files import read_blocks
@@ -68,7 +67,8 @@ class BlockChoice:
         drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
         by_hand = None if self.by_hand is None else load_by_hand(self.by_hand, frame, self.by_hand_weight)
         blocks = as_blocks(replace(blocks, drawn=drawn, by_hand=by_hand), frame.shape)
-        check_counts(blocks.by_hand, frame, blocks.labels)
+        if blocks.by_hand is not None:
+            blocks.by_hand.check_counts(frame, blocks.labels)
         return blocks
 
     def _extracted_or_read(self, frame: RGBDFrame) -> Blocks:

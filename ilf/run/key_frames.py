@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..completion.block import Watch, block_depth
 from ..completion.stepper import Snapshot, Stepper
+from ..data.blocks import Block
 from ..data.frame import RGBDFrame
-from ..data.label_map import Block
 from ..data.parameters import Parameters
 from ..data.results import IterationRecord
 from .run import Run

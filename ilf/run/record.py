@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from .._runtime.files import read_json
 from .._runtime.installation import __version__
-from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION, model_path
-from .._runtime.networks.session import device
+from .._runtime.networks.models import CORRECTION, DEPTH_EDGES, SPARSE_CORRECTION
+from .._runtime.networks.network import device
 from .._runtime.schema import PROGRAM, PlainName, check_schema, converted, json_file
-from ..completion.correction_network import load_correction_network
-from ..completion.sparse_correction import load_sparse_correction_network
+from ..completion.correction import CorrectionNetwork
+from ..completion.sparse_correction import SparseCorrectionNetwork
 from ..data.blocks import Blocks
 from ..data.camera import checked_transform
 from ..data.declarations import Value
@@ -34,8 +34,7 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Paramete
 from ..data.results import BlockOutcome, Completion
 from ..errors import FormatError, InputError, ParameterError, told_as
 from ..io.encodings import encoding_of
-from ..segmentation.edges.depth_edges import DepthEdgeNetwork
-from ..segmentation.edges.detectors import load_model
+from ..segmentation.edges.detectors import DepthEdgeNetwork, load_model
 from . import files
 from .options import ExportOptions
 from .run import Run
@@ -112,11 +111,9 @@ def installed_sha256(name: str) -> str | None:
         If networks cannot be read in this installation.
     """
     try:
-        if name == CORRECTION:
-            return load_correction_network().sha256
-        if name == SPARSE_CORRECTION:
-            return load_sparse_correction_network().sha256
-        return (DepthEdgeNetwork.load(model_path(name)) if name == DEPTH_EDGES else load_model(name)).sha256
+        kinds = (DepthEdgeNetwork, CorrectionNetwork, SparseCorrectionNetwork)
+        kind = next((kind for kind in kinds if name == kind.NAME), None)
+        return (load_model(name) if kind is None else kind.bundled()).sha256
     except InputError:
         return None
 

@@ -13,14 +13,14 @@ from .._runtime.files import file_sha256
 from .._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
 from ..completion.block import BlockTask
 from ..completion.correction import needs_correction
-from ..completion.filter import edge_parameters
-from ..data.label_map import Block, find_blocks
+from ..data.blocks import Block, find_blocks
 from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..data.results import BlockOutcome, BlockResult, Completion, History, compose
 from ..io.depth import read_depth_values
 from ..io.encodings import encoding_of
 from ..io.labels import read_mask
+from ..segmentation.edges.frame_edges import edge_parameters
 from . import files
 from .curves import read_curves
 from .options import DEPTH_FILES

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .._runtime.files import file_sha256, is_address
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
-from .._runtime.networks.session import device
+from .._runtime.networks.network import device
 from .._runtime.schema import Section
 from ..data.blocks import Blocks
 from ..data.by_hand import DepthByHand

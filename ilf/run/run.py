@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -12,19 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.cancellation import check_cancelled, mapped_steps, run_to_end
-from .._runtime.closing import Closeable
 from .._runtime.formatting import counted
 from ..completion.block import BlockTask, Watch, block_depth
 from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
-from ..data.blocks import Blocks, as_blocks
-from ..data.by_hand import DepthByHand, check_counts
+from ..data.blocks import Block, Blocks, as_blocks, find_blocks
+from ..data.by_hand import DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
-from ..data.label_map import Block, find_blocks
 from ..data.parameters import BlockParameters, Parameters, nearest_preset
 from ..data.pictures import html_row, plot_row
 from ..data.presets import chosen_parameters
@@ -132,7 +131,8 @@ class Run:
         if own is not None:
             given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
         run = cls(guided, given, parameters, extrapolate=extrapolate)
-        check_counts(run.blocks.by_hand, run.frame, run.blocks.labels)
+        if run.blocks.by_hand is not None:
+            run.blocks.by_hand.check_counts(run.frame, run.blocks.labels)
         return run
 
     def __repr__(self) -> str:
@@ -213,7 +213,7 @@ class Run:
         return steps.completion()
 
 
-class Execution(Closeable, Iterator[Step]):
+class Execution(AbstractContextManager["Execution"], Iterator[Step]):
     """All steps of a run: those of its blocks, then those of the extrapolation if it is dense.
 
     The caller controls pace, pause and cancellation: without calls of `next()`, only a few short slices of iterations
@@ -255,6 +255,9 @@ class Execution(Closeable, Iterator[Step]):
         if progress.result is not None:
             self.results[progress.label] = progress.result
         return progress
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """End the run and wait for its threads. Call it from the same thread as `next()`."""

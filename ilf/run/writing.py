@@ -20,7 +20,7 @@ from .._runtime.formatting import counted
 from .._runtime.schema import PROGRAM
 from .._runtime.writing import check_writable, move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported
-from ..completion.confidence.features import default_edges
+from ..completion.confidence.model import default_edges
 from ..data.camera import REMEDY
 from ..data.declarations import check_names
 from ..data.flying_points import flying_points

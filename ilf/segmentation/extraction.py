@@ -16,11 +16,9 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
-from ..data.pixel_grids import Pairs, connected_regions, different_labels, long_lines, mark, spread
+from ..data.pixel_grids import Pairs, connected_regions, different_labels, flood, long_lines, mark, spread
 from .edges.detectors import otsu_edges
-from .edges.frame_edges import FrameEdges, canny_lines, clear_evidence_cache, find_edges, relief_of
-from .edges.relief import JUMP_LENGTH, Relief
-from .flooding import flood
+from .edges.frame_edges import JUMP_LENGTH, FrameEdges, Relief, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .merging import RegionGraph, keep_existing, numbered
 
 # Boundaries from a frame's edges: their strength, binarised edges, and the guide of the contraction.

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.blocks import find_blocks, least_known_pixels
 from ..data.frame import RGBDFrame
-from ..data.label_map import find_blocks, least_known_pixels
 from ..data.pixel_grids import connected_regions, sides, strips
-from .edges.relief import Relief
+from .edges.frame_edges import Relief
 
 _JUMPS_ALLOWED, _JUMP_SHARE_ALLOWED = 2, 0.02
 """Jumps (pairs of neighbours) along a border for which two regions may still merge: at most the larger of a number and

@@ -8,7 +8,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.label_map import labels_in
+from ..data.blocks import labels_in
 from ..data.pixel_grids import connected_regions
 from .editing.cleaning import given_to_neighbours
 from .merging import numbered

@@ -15,10 +15,8 @@ from .._runtime.cancellation import check_cancelled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import BlockParameters
-from ..data.pixel_grids import sides
-from .edges.frame_edges import find_edges
-from .edges.relief import filled_depth
-from .flooding import flood
+from ..data.pixel_grids import flood, sides
+from .edges.frame_edges import filled_depth, find_edges
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ..data.arrays import check_shape, plain_array
+from ..data.blocks import Box, box_between
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.label_map import Box, box_between
 from ..data.pixel_grids import rim
 from ..errors import InputError, told_as
 from .editing.patches import Points

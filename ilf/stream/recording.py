@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+from contextlib import AbstractContextManager
 from pathlib import Path
 
-from .._runtime.closing import Closeable
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
@@ -24,7 +24,7 @@ def stamped(completion: Completion, stamp: int, *, with_error: bool = True) -> S
     return StampedDepth(completion.depth, frame.intrinsics, stamp, frame.rgb, error, frame.pose, frame.name)
 
 
-class StreamRecorder(Closeable):
+class StreamRecorder(AbstractContextManager["StreamRecorder"]):
     """Writes completed frames as they come: after each, the output is complete up to it.
 
     Parameters
@@ -64,6 +64,9 @@ class StreamRecorder(Closeable):
             if frame.expected_error is not None:
                 write_depth(folder / ERROR_FILES["tiff"], frame.expected_error)
         self.count += 1
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the file; one without frames is removed."""

@@ -10,29 +10,25 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass, replace
 from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import cancelled_by
-from .._runtime.closing import Closeable
-from .._runtime.threads import short_switches
+from .._runtime.cancellation import cancelled_by, short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction, unapplied_change
-from ..completion.filter import edges_for
-from ..data.blocks import Blocks
+from ..data.blocks import Blocks, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
-from ..data.label_map import find_blocks
 from ..data.parameters import BlockParameters, Parameters
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Status, compose
 from ..errors import InputError
 from ..run.run import Run
-from ..segmentation.edges.frame_edges import FrameEdges
+from ..segmentation.edges.frame_edges import FrameEdges, edges_for
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from .carrying import Carried, Offsets, carry_depth, drop_contradicted, reduced_grey
 from .pacing import latest_of
@@ -255,7 +251,7 @@ class StreamStatistics:
     worst: float = math.nan
 
 
-class Stream(Closeable):
+class Stream(AbstractContextManager["Stream"]):
     """Completes the frames of a camera, one after the other, in a fraction of the time that `ilf.complete` takes.
 
     Blocks, edges and the learned correction change little from frame to frame: they are found every few frames and
@@ -394,6 +390,9 @@ class Stream(Closeable):
             for frame, dropped in taken:
                 self._statistics.dropped += dropped
                 yield self.complete(frame)
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """End the stream and its thread."""

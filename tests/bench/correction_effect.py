@@ -12,8 +12,7 @@ from unittest.mock import patch
 import numpy as np
 
 import ilf
-from ilf.completion.correction import UNCORRECTED
-from ilf.completion.correction_network import CorrectionNetwork
+from ilf.completion.correction import UNCORRECTED, CorrectionNetwork
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.runner import score
@@ -30,7 +29,7 @@ def main() -> None:
     arguments = parser.parse_args()
     network = arguments.network and CorrectionNetwork.load(arguments.network)
     ratios = []
-    with patch("ilf.completion.correction.load_correction_network", lambda: network) if network else patch.dict({}):
+    with patch.object(CorrectionNetwork, "bundled", lambda: network) if network else patch.dict({}):
         for folder in find_frames(arguments.frames):
             source = load_bench_frame(folder)
             for seed in arguments.seeds:

@@ -14,10 +14,10 @@ from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.work.frame_runs import RunController, RunState
 from ilf import RGBDFrame
-from ilf.completion.filter import edge_parameters
-from ilf.data.label_map import Block, drawn_of, find_blocks
+from ilf.data.blocks import Block, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
 from ilf.run.run import Run
+from ilf.segmentation.edges.frame_edges import edge_parameters
 from ilf.segmentation.editing.patches import LabelPatch, patch_between
 
 
@@ -94,7 +94,7 @@ class ScriptedSteps(Iterator[Step]):
             parameters,
             notes=self._script.notes,
             edges=edges,
-            drawn=drawn_of(block, self.run.blocks.drawn),
+            drawn=self.run.blocks.drawn_of(block),
         )
 
     def preview(self) -> list[tuple[Block, NDArray[np.float32]]]:

@@ -3,7 +3,7 @@
 import numpy as np
 from recipes.correction_samples import UNKNOWN_LINES, SampleFolder, augmented, read_sample
 
-from ilf.completion.correction_network import CHANNELS
+from ilf.completion.correction import CHANNELS
 
 from .tiny_data import write_correction_sample
 

@@ -9,9 +9,16 @@ import pytest
 from fit_expected_error import Sample, calibrate, fit, main
 
 import ilf
-from ilf.completion.confidence.features import FEATURES, FLOOR, error_features
 from ilf.completion.confidence.fitted import MODELS
-from ilf.completion.confidence.model import WITHIN, WITHIN_TWICE, ErrorModel, gap_weight
+from ilf.completion.confidence.model import (
+    FEATURES,
+    FLOOR,
+    WITHIN,
+    WITHIN_TWICE,
+    ErrorModel,
+    error_features,
+    gap_weight,
+)
 
 from ..ilf.small_frames import write_small_frame
 

@@ -6,7 +6,7 @@ from recipes.lines import LineScore
 from recipes.pictures import random_sample, read_picture, sample_of
 
 from ilf.data.pixel_grids import different_labels, mark
-from ilf.segmentation.edges.depth_edges import CHANNELS
+from ilf.segmentation.edges.detectors import DEPTH_CHANNELS
 
 from .tiny_data import write_picture
 
@@ -46,9 +46,9 @@ def test_samples_are_of_one_unit(tmp_path):
         image, features, lines, log_depth = random_sample(picture, np.random.default_rng(seed))
         assert image.dtype == features.dtype == lines.dtype == log_depth.dtype == np.float32
         assert 0 <= image.min() <= image.max() <= 1
-        known = features[..., CHANNELS.index("known")] > 0
+        known = features[..., DEPTH_CHANNELS.index("known")] > 0
         # measured is 1 cm more than exact everywhere
-        difference = features[..., CHANNELS.index("filled")] - log_depth[..., 0]
+        difference = features[..., DEPTH_CHANNELS.index("filled")] - log_depth[..., 0]
         assert 0.004 < difference[known].min() <= difference[known].max() < 0.009
 
 

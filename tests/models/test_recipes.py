@@ -9,10 +9,9 @@ import pytest
 import train
 from recipes.sparse_samples import Sample
 
-from ilf.completion.correction_network import CorrectionNetwork
+from ilf.completion.correction import CorrectionNetwork
 from ilf.completion.sparse_correction import CHANNELS, SparseCorrectionNetwork
-from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
-from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.segmentation.edges.detectors import DepthEdgeNetwork, EdgeNetwork
 
 from .tiny_data import write_bsds500, write_correction_sample, write_picture
 

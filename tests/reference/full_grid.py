@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import ilf
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse
 from ilf.completion.pass_band.iteration import LinearSchedule, StagedSchedule, principal_lengths
-from ilf.data.label_map import Block
+from ilf.data.blocks import Block
 from ilf.data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.edges.frame_edges import find_relief
 
 from .pictures import Picture, random_colour, read_picture
 

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ilf.completion.correction_network import CHANNELS
+from ilf.completion.correction import CHANNELS
 
 from .correction_model import CorrectionModel, change
 from .correction_samples import SampleFolder, augmented, read_sample

@@ -11,7 +11,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ilf.completion.correction_network import CELL, CHANNELS, LEAK, load_of
+from ilf.completion.correction import CELL, CHANNELS, LEAK, load_of
 
 from .depth_edges import DepthEdgeModel
 from .unet import UP_WIDTHS

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.correction_network import correction_features
+from ilf.completion.correction import correction_features
 from ilf.errors import InputError
-from ilf.segmentation.edges.depth_edges import filled_log_depth
+from ilf.segmentation.edges.detectors import filled_log_depth
 
 from .pictures import PictureFolder
 

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ilf.segmentation.edges.depth_edges import CHANNELS
+from ilf.segmentation.edges.detectors import DEPTH_CHANNELS
 
 from .lines import LineScore
 from .pictures import PictureFolder, random_sample, read_picture, sample_of, with_hidden_depth
@@ -57,7 +57,7 @@ class DepthEdgeModel(UNet):
         Channels of image and features.
     """
 
-    def __init__(self, inputs: int = 3 + len(CHANNELS)) -> None:
+    def __init__(self, inputs: int = 3 + len(DEPTH_CHANNELS)) -> None:
         super().__init__(inputs)
         self.lines = lines_head(2)
         self.coarse = nn.Conv2d(UP_WIDTHS[1], 2, 3, padding=1)
@@ -94,7 +94,7 @@ def coarse_loss(coarse: Tensor, log_depth: Tensor, features: Tensor) -> Tensor:
         True log depth in the unit of the features, NaN where there is none.
     features : Tensor, shape (N, 6, H, W)
     """
-    offset = at_quarter(log_depth - features[:, CHANNELS.index("filled")][:, None])
+    offset = at_quarter(log_depth - features[:, DEPTH_CHANNELS.index("filled")][:, None])
     weights = at_quarter(_where_missing(features)) * torch.isfinite(offset)
     middle, spread = coarse.float().split(1, 1)
     spread = spread.clamp(*LOG_SPREADS)
@@ -108,7 +108,7 @@ def at_quarter(values: Tensor) -> Tensor:
 
 
 def _where_missing(features: Tensor) -> Tensor:
-    known = features[:, CHANNELS.index("known")][:, None]
+    known = features[:, DEPTH_CHANNELS.index("known")][:, None]
     return 1 - (1 - KNOWN_WEIGHT) * known
 
 
@@ -136,7 +136,7 @@ class DepthEdgeRecipe(Recipe):
     seed = 20
     peak_rate = 2e-3
     file_name = "depth-edges.onnx"
-    inputs: ClassVar = {"image": 3, "depth": len(CHANNELS)}
+    inputs: ClassVar = {"image": 3, "depth": len(DEPTH_CHANNELS)}
     outputs = ("jump", "crease", "coarse")
     half_weights = True
 
@@ -167,7 +167,7 @@ class DepthEdgeRecipe(Recipe):
             losses.append(
                 float(line_loss(logits, lines, features) + COARSE_SHARE * coarse_loss(coarse, log_depth, features))
             )
-            far = sample[1][..., CHANNELS.index("distance")] > FAR_FROM_KNOWN
+            far = sample[1][..., DEPTH_CHANNELS.index("distance")] > FAR_FROM_KNOWN
             for score, found, ground_truth in zip(
                 (jumps, creases), logits[0].sigmoid(), sample[2].transpose(2, 0, 1) > 0, strict=True
             ):

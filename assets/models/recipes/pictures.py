@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ilf.data.pixel_grids import Pairs, different_labels, mark, sides
 from ilf.errors import InputError
-from ilf.segmentation.edges.depth_edges import depth_features, filled_log_depth
+from ilf.segmentation.edges.detectors import depth_features, filled_log_depth
 
 from .hiding import hide
 

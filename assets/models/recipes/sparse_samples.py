@@ -14,14 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.completion.correction import UNCORRECTED, applied_change, fading
-from ilf.completion.correction_network import load_correction_network
-from ilf.completion.filter import edges_for
+from ilf.completion.correction import UNCORRECTED, CorrectionNetwork, applied_change, fading
 from ilf.completion.sparse_correction import middles_of_cells, sparse_features
 from ilf.data.frame import RGBDFrame
 from ilf.errors import InputError
 from ilf.evaluation.bench.frames import load_bench_frame
 from ilf.run.run import complete
+from ilf.segmentation.edges.frame_edges import edges_for
 from ilf.segmentation.extraction import extract_blocks
 
 Array = NDArray[np.float32]
@@ -116,7 +115,7 @@ def make_sample(folder: Path, number: int) -> Sample | None:
     completed = complete(sparse, extract_blocks(sparse), UNCORRECTED, threads=1).depth
     edges = edges_for(sparse, UNCORRECTED)
     assert edges is not None
-    found = load_correction_network().change(rgb, sparse.depth, completed, edges.probability)
+    found = CorrectionNetwork.bundled().change(rgb, sparse.depth, completed, edges.probability)
     change = applied_change(found, kept)
     corrected = completed * np.exp(change)
     features, _ = sparse_features(rgb, sparse.depth, corrected, change, edges.probability)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QPainterPath, QPolygonF
 
-from ilf.data.label_map import Box
+from ilf.data.blocks import Box
 from ilf.evaluation.measuring import Line
 from ilf.project.frame_state import Point
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
 from ilf._runtime.cancellation import mapped_steps
+from ilf.data.blocks import Box, grown
 from ilf.data.declarations import Value
-from ilf.data.label_map import Box
 from ilf.data.parameters import Parameters
 from ilf.drawing.colours import robust_depth_levels, robust_difference_level
 from ilf.evaluation.sweep import Sweep, SweepPoint, SweepResult, sweep_steps
-from ilf.segmentation.editing.patches import box_of, grown
+from ilf.segmentation.editing.patches import box_of
 
 from ...state.document import Document
 from ...views.colours import depth_table, difference_table

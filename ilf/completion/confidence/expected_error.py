@@ -10,23 +10,24 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import acquired, check_cancelled
+from ..._runtime.cancellation import acquired, check_cancelled, run_beside
 from ..._runtime.memory import release_memory
-from ..._runtime.threads import run_beside
 from ...data.arrays import plain_array
+from ...data.blocks import SPARSE
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import FrameCache, once_per_frame
-from ...data.label_map import SPARSE
 from ...data.results import Completion
 from ...errors import ParameterError, check_kind
 from ...segmentation.edges.frame_edges import find_edges
-from ..block import required_known_pixels
+from ..block import is_guided, required_known_pixels
 from ..completion import guide_hold_out
 from ..edge_aware.view import beyond_sensor_range
-from ..filter import is_guided
 from ..suspects import suspect_islands, without_suspects
-from .features import (
+from .fitted import MODELS
+from .model import (
     FLOOR,
+    WITHIN,
+    ErrorModel,
     Walks,
     default_edges,
     error_features,
@@ -37,8 +38,6 @@ from .features import (
     walk,
     walks_with_edges,
 )
-from .fitted import MODELS
-from .model import WITHIN, ErrorModel
 
 Array = NDArray[np.float32]
 
@@ -223,7 +222,8 @@ def _modelled_error(completion: Completion) -> Array:
     with run_beside(partial(_beyond_range, completion)) as found:
         error = _error(frame, depth, model, _edges_of(completion))
     measured = (model == _NUMBERS[DEFAULT_MODEL]) & ~_without_measurements(completion)
-    error[measured] *= _guide_factor(frame, completion.depth[measured])
+    if frame.guide is not None:
+        error[measured] *= _guide_factor(frame, completion.depth[measured])
     beyond = found.result()
     error[beyond] = np.maximum(error[beyond], np.float32(_MIN_ERROR_BEYOND_RANGE) * completion.depth[beyond])
     return error

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Block, Box
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.guide import Gives
-from ...data.label_map import Block, Box
 from ...data.pixel_grids import nearest_values
 from .guide_curve import Array, Mask, fit_slow_field, fitted, sharpen, smoothest_surface, sums_of_cells, weighted_median
 
@@ -196,16 +196,16 @@ class FittedGuide:
 
 
 @once_per_frame
-def fit_guide(frame: RGBDFrame) -> FittedGuide | None:
-    """Fit the frame's guide to all known depth and test it; None without a guide. Computed once per frame.
+def fit_guide(frame: RGBDFrame) -> FittedGuide:
+    """Fit the frame's guide to all known depth and test it. Computed once per frame.
 
     Parameters
     ----------
     frame : RGBDFrame
+        With a guide.
     """
     guide = frame.guide
-    if guide is None:
-        return None
+    assert guide is not None
     has_value = np.isfinite(guide.values)
     if guide.confidence is None:
         confidence = has_value.astype(np.float32)

@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Block, Box, union, within
 from ...data.frame import RGBDFrame
-from ...data.label_map import Block, Box, union, within
 from ...data.pixel_grids import enlarged, largest_of_four, sums_of_four
-from .kernels import Sums, tally
-from .smoothness import Weights, make_weights
+from .smoothness import Sums, Weights, make_weights, tally
 
 Mask = NDArray[np.bool_]
 Array = NDArray[np.float32]

@@ -19,19 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.compiling import inner
+from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
-from ...data.label_map import Block
 from ...data.parameters import Parameters
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, pixels_in_window
-from .kernels import Sums
 from .noise import Noise, frame_noise
 from .shape import noise_of, polynomial_trend
-from .smoothness import SmoothnessEnergy, Weights
+from .smoothness import SmoothnessEnergy, Sums, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
@@ -265,7 +264,7 @@ class EdgeAwareIteration(Stepper):
         self._frame, self._block, self._parameters = frame, block, parameters
         view = View(frame, block, parameters, drawn, by_hand, carried)
         self._window, self._gap = view.window, view.gap
-        guide = fit_guide(frame)
+        guide = None if frame.guide is None else fit_guide(frame)
         depth = view.mean_depth(guide)
         noise = parameters.noise or noise_of(view.depth, view.mask)
         shaped = parameters.trend and view.gap >= WIDE and not view.is_carried

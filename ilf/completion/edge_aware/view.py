@@ -12,16 +12,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Block, Box, bounds, grown, moved, union, within
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
-from ...data.label_map import Block, Box, bounds, moved, union, within
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
 from ...data.pixel_grids import sides
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
-from ...segmentation.editing.patches import grown
 from .fitted_guide import FittedGuide, fit_guide
 from .grid import CutLinks, Grid
 from .noise import frame_noise
@@ -124,8 +123,10 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
 
     Depth that is filled in there is unsupported by measurements.
     """
-    missing, guide = _missing_in_wide_gaps(frame), fit_guide(frame)
-    if not (missing[block.box] & block.mask).any() or (guide is not None and guide.suffices_for(block)):
+    missing = _missing_in_wide_gaps(frame)
+    if not (missing[block.box] & block.mask).any():
+        return None
+    if frame.guide is not None and fit_guide(frame).suffices_for(block):
         return None
     at_reach = _AT_REACH * sensor_range_of(frame)
     if not (frame.depth[block.box][block.mask] >= at_reach).any():

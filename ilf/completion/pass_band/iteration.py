@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import compiled, inner
+from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
-from ...data.label_map import Block
 from ...data.parameters import Parameters
 from ...data.results import PassBandRecord, deviation, hold_out_mask, l1_norm
 from ..stepper import Snapshot, Stepper

@@ -13,8 +13,8 @@ from scipy.sparse import diags_array
 from ...completion import plain_surfaces
 from ...completion.interpolation import linear, nearest
 from ...completion.plain_surfaces import bending, first_differences, minimise_energy, plane_through, solve
+from ...data.blocks import find_blocks
 from ...data.frame import RGBDFrame
-from ...data.label_map import find_blocks
 from ...data.parameters import PRESETS, Parameters
 from ...run.run import complete
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from ..._runtime.children import run_in_processes
 from ...completion.confidence.expected_error import DEFAULT_MODEL, depth_error
-from ...completion.filter import edges_for
 from ...completion.interpolation import nearest
 from ...data.parameters import PRESETS
 from ...errors import IlfError
+from ...segmentation.edges.frame_edges import edges_for
 from ...segmentation.extraction import extract_blocks
 from ..evaluation import evaluate, share_within
 from .frames import load_bench_frame

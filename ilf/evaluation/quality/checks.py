@@ -13,8 +13,8 @@ from scipy.ndimage import find_objects
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.arrays import check_shape
+from ...data.blocks import Box, checked_labels, find_blocks
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, checked_labels, find_blocks
 from ...data.pixel_grids import (
     Pairs,
     connected_regions,
@@ -27,7 +27,7 @@ from ...data.pixel_grids import (
     rim,
     sides,
 )
-from ...segmentation.edges.relief import JUMP_LENGTH
+from ...segmentation.edges.frame_edges import JUMP_LENGTH
 from .places import CheckInput, Place, largest_groups, make_check_input, number_groups, point_in
 
 # Blocks with more than one surface: depth jumps inside them, in known or in missing depth.

@@ -12,10 +12,9 @@ from scipy.ndimage import binary_fill_holes, find_objects
 from ...completion.edge_aware.view import flying_pixels
 from ...completion.suspects import suspect_islands
 from ...data.arrays import check_shape
+from ...data.blocks import Box, grown
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box
 from ...data.pixel_grids import nearest_values, piece_sizes, sides
-from ...segmentation.editing.patches import grown
 
 Mask = NDArray[np.bool_]
 

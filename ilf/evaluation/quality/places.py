@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
 from ..._runtime.cancellation import check_cancelled
+from ...data.blocks import Box, nearest_of_block
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, nearest_of_block
 from ...data.pixel_grids import connected_regions, different_labels, mark
-from ...segmentation.edges.relief import Relief, find_relief
+from ...segmentation.edges.frame_edges import Relief, find_relief
 
 JUMP, JUMP_SHARE = 0.04, 0.04
 """Difference of neighbours above which there is a jump: the larger of the two [m, share of the nearer depth]."""

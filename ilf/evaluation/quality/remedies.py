@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
 from ...completion.continuation import continue_plane
+from ...data.blocks import checked_labels, grown
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_labels
-from ...data.pixel_grids import connected_regions, neighbours
+from ...data.pixel_grids import connected_regions, flood, neighbours
 from ...errors import InputError
 from ...segmentation.editing.cleaning import merge
 from ...segmentation.editing.cutting import piece_at
 from ...segmentation.editing.painting import give
-from ...segmentation.editing.patches import LabelPatch, grown
-from ...segmentation.flooding import flood
+from ...segmentation.editing.patches import LabelPatch
 from .checks import BESIDE, find_places, find_steps, flat_indices
 from .invalid_depth import suggest_invalid
 from .places import JUMP, JUMP_SHARE, CheckInput, Place, make_check_input

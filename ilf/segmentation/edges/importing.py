@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..._runtime.files import read_file
 from ..._runtime.installation import optional
 from ..._runtime.networks.models import name_from, new_model_path
-from ..._runtime.networks.session import RefusedInputError
+from ..._runtime.networks.network import RefusedInputError
 from ..._runtime.writing import ensure_folder, write_bytes
 from ...errors import FormatError, InputError, told_as
 from .detectors import EdgeNetwork, OutputRangeError

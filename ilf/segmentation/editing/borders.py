@@ -17,9 +17,9 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from ...data.label_map import bounds
+from ...data.blocks import bounds, grown
 from ...data.pixel_grids import connected_regions, different_labels, neighbours, odd_even_fill
-from .patches import LabelPatch, Labels, Mask, Points, grown, patch_within, values_at
+from .patches import LabelPatch, Labels, Mask, Points, patch_within, values_at
 
 # Cracks between pixels of different labels, which form the borders of blocks.
 #

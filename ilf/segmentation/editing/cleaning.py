@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from ...data.label_map import Box, bounds, whole
+from ...data.blocks import Box, bounds, grown, whole
 from ...data.pixel_grids import connected_regions, neighbours, rim
 from .borders import have_border
-from .patches import LabelPatch, Labels, Mask, box_of, grown, patch_between, patch_within, unlocked_pixels
+from .patches import LabelPatch, Labels, Mask, box_of, patch_between, patch_within, unlocked_pixels
 
 _ROUGHNESS = 4
 """Thin parts of a block of up to this many pixels are roughness of its outline, not slivers."""

@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from ...data.blocks import Box
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box
 from ...data.parameters import BlockParameters
-from ...data.pixel_grids import both, different_labels, mark, spread
+from ...data.pixel_grids import both, different_labels, flood, mark, spread
 from ...errors import InputError
-from ..edges.relief import Relief, find_relief
+from ..edges.frame_edges import Relief, find_relief
 from ..extraction import contract, cut_at_jumps, regions_between, snap_to_jumps
-from ..flooding import flood
 from ..merging import RegionGraph
 from .borders import CrackPaths, find_cracks, have_border
 from .patches import LabelPatch, Labels, Mask, Points, box_of, patch_within, values_at

@@ -8,12 +8,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.blocks import Box, Region, box_between, cropped, enclosed, grown, within
 from ...data.frame import RGBDFrame
-from ...data.label_map import Box, Region, box_between, cropped, enclosed, within
+from ...data.pixel_grids import flood
 from ..edges.detectors import colour_gradient
-from ..edges.relief import filled_depth
-from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, Points, grown, patch_within, unlocked_pixels
+from ..edges.frame_edges import filled_depth
+from .patches import LabelPatch, Labels, Mask, Points, patch_within, unlocked_pixels
 
 # The brush: the pixels of a stroke.
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.label_map import Box, bounds, labels_in, moved, whole, within
+from ...data.blocks import Box, bounds, grown, labels_in, moved, whole, within
 from ...data.pixel_grids import different_labels, mark_both
 
 Labels = NDArray[np.int32]
@@ -61,15 +61,6 @@ def patch_within(box: Box, before: Labels, after: Labels) -> LabelPatch | None:
         return None
     return LabelPatch(
         moved(inner, int(box[0].start), int(box[1].start)), before[inner].copy(), after[inner].astype(np.int32)
-    )
-
-
-def grown(box: Box, by: int, shape: tuple[int, ...]) -> Box:
-    """A box enlarged by a number of pixels on each side, clipped to the image."""
-    rows, columns = box
-    return (
-        slice(max(rows.start - by, 0), min(rows.stop + by, shape[0])),
-        slice(max(columns.start - by, 0), min(columns.stop + by, shape[1])),
     )
 
 

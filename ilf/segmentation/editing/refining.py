@@ -15,12 +15,11 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
+from ...data.blocks import Region, grown, within
 from ...data.frame import RGBDFrame
-from ...data.label_map import Region, within
-from ...data.pixel_grids import connected_regions, neighbours
-from ..edges.relief import filled_depth
-from ..flooding import flood
-from .patches import LabelPatch, Labels, Mask, grown, patch_within, unlocked_pixels
+from ...data.pixel_grids import connected_regions, flood, neighbours
+from ..edges.frame_edges import filled_depth
+from .patches import LabelPatch, Labels, Mask, patch_within, unlocked_pixels
 from .snapping import smooth_lab
 
 Array = NDArray[np.float64]

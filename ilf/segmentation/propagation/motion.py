@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._runtime.cancellation import check_cancelled
+from ...data.blocks import nearest_of_block
 from ...data.frame import RGBDFrame
-from ...data.label_map import nearest_of_block
 from ...data.pixel_grids import connected_regions, nearest_values
 from .static_pixels import in_cells
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..._runtime.cancellation import check_cancelled
 from ...data.arrays import check_shape
+from ...data.blocks import checked_drawn, checked_labels, labels_in
 from ...data.camera import checked_transform
 from ...data.frame import RGBDFrame
-from ...data.label_map import checked_drawn, checked_labels, labels_in
 from ...data.parameters import BlockParameters
 from ...errors import InputError
 from ..edges.frame_edges import find_edges

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from ilf.completion.block import required_known_pixels
+from ilf.data.blocks import Box
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Box
 from ilf.data.pixel_grids import Pairs, both, connected_regions, different_labels, mark, rim, sides
 from ilf.data.presets import preset
-from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
+from ilf.segmentation.edges.frame_edges import JUMP_LENGTH, find_relief
 from ilf.segmentation.extraction import find_margins
 
 Labels = NDArray[np.int32]
@@ -64,7 +64,7 @@ def margin_window(rgb: NDArray[np.uint8]) -> Box:
 def find_reference(frame: RGBDFrame) -> Evidence:
     """Find jumps and smooth surfaces in a frame's known depth.
 
-    Jumps are those of `ilf.segmentation.edges.relief.find_relief` in lines of more than 10 px.
+    Jumps are those of `ilf.segmentation.edges.frame_edges.find_relief` in lines of more than 10 px.
 
     A pixel lies on a smooth surface if its depth is known, there is no jump, of any length, and no larger hole in the
     21 x 21 pixels around it, and the surface does not bend there or within 2 px around, by the same function.

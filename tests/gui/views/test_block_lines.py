@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gui.views.screen_layers import BlockLines, Sampling
-from ilf.data.label_map import whole
+from ilf.data.blocks import whole
 
 HEIGHT, WIDTH = 24, 30
 COLOURS = np.array([[0, 0, 0, 0], [200, 0, 0, 255], [0, 200, 0, 255], [0, 0, 200, 0], [90, 90, 0, 255]], np.uint8)

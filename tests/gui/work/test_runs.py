@@ -8,7 +8,7 @@ from gui.features.blocks.feature import block_rows
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.segmentation.editing.cleaning import merge
 
 # starting and ending

@@ -6,7 +6,7 @@ import pytest
 import ilf
 from ilf.completion.edge_aware.fitted_guide import FittedGuide
 from ilf.completion.edge_aware.view import around_wide_gaps, beyond_sensor_range, edge_fade_distance, sensor_range_of
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 
 SHAPE = (120, 160)
 ROWS, COLUMNS = np.mgrid[: SHAPE[0], : SHAPE[1]]

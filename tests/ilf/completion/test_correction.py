@@ -12,24 +12,22 @@ import ilf
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
 from ilf._runtime.networks.models import CORRECTION
-from ilf.completion import correction as correcting
-from ilf.completion.block import BlockTask
-from ilf.completion.correction import Correction, applied_change
-from ilf.completion.correction_network import (
+from ilf.completion.block import BlockTask, is_guided
+from ilf.completion.correction import (
     CELL,
     CHANNELS,
     LARGEST,
     LEAK,
+    Correction,
     CorrectionNetwork,
     _weighted,
     _weights_of,
+    applied_change,
     correction_features,
-    load_correction_network,
     smoothed,
     spread,
 )
-from ilf.completion.filter import is_guided
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.run.record import installed_sha256
 
@@ -273,7 +271,7 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(frame, blocks, 
     def missing():
         raise InputError("There is no correction network at here.")
 
-    monkeypatch.setattr(correcting, "load_correction_network", missing)
+    monkeypatch.setattr(CorrectionNetwork, "bundled", missing)
     fresh = anew(frame)
     found = ilf.complete(fresh, blocks)
     assert "Depth is not corrected: There is no correction network at here." in found.notes
@@ -282,7 +280,7 @@ def test_without_its_network_depth_stays_as_the_filter_leaves_it(frame, blocks, 
 
 
 def test_the_network_is_not_asked_where_all_missing_depth_is_near_known_depth(frame, blocks, corrected, monkeypatch):
-    monkeypatch.setattr(correcting, "load_correction_network", lambda: pytest.fail("the network is asked"))
+    monkeypatch.setattr(CorrectionNetwork, "bundled", lambda: pytest.fail("the network is asked"))
     thin = corrected.depth.copy()
     thin[::3, ::3] = np.nan
     found = ilf.complete(ilf.RGBDFrame(frame.rgb, thin), blocks)
@@ -301,7 +299,7 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
 
 
 def test_output_that_is_not_finite_is_not_applied(frame, blocks, monkeypatch):
-    network = load_correction_network()
+    network = CorrectionNetwork.bundled()
     real = network._forward
 
     def results(inputs):

@@ -8,8 +8,8 @@ import pytest
 
 import ilf
 from ilf.completion.confidence.expected_error import _discs, depth_error, difficulty_samples, error_summary, summarised
-from ilf.completion.confidence.features import FEATURES, FLOOR, walk
 from ilf.completion.confidence.fitted import MODELS
+from ilf.completion.confidence.model import FEATURES, FLOOR, walk
 from ilf.errors import InputError, ParameterError
 
 from ..small_frames import QUICK, write_small_frame
@@ -190,7 +190,7 @@ def test_frames_with_sparse_depth_of_great_size_and_at_the_limits_of_depth_can_b
 def test_pixels_of_large_frames_share_features(monkeypatch):
     frame = ilf.RGBDFrame(COLOUR[1:, 1:], np.where(HOLE, np.nan, PLANE)[1:, 1:])
     alone = depth_error(frame, PLANE[1:, 1:])
-    monkeypatch.setattr("ilf.completion.confidence.features._MAX_PIXELS", frame.depth.size // 2)
+    monkeypatch.setattr("ilf.completion.confidence.model._MAX_PIXELS", frame.depth.size // 2)
     shared = depth_error(frame, PLANE[1:, 1:])
     np.testing.assert_array_equal(np.isfinite(shared), np.isfinite(alone))
     assert 0.7 < np.nanmedian(shared / alone) < 1.4

@@ -62,7 +62,7 @@ def test_the_guess_sees_the_edges_of_the_extraction_and_says_what_there_is_to_kn
     assert np.array_equal(guess(ilf.BlockParameters()).depth, usual.depth)
     assert not np.array_equal(guess(ilf.BlockParameters(depth_jump=3.0)).depth, usual.depth)
     assert usual.notes == ()
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: tmp_path / "none.onnx")
+    monkeypatch.setattr("ilf._runtime.networks.network.asset_path", lambda name: tmp_path / "none.onnx")
     (note,) = guess(None).notes
     assert note.startswith("Canny's edges replace those of the network: ")
 

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from ilf._runtime import compiling
 from ilf._runtime.compiling import is_compiled
 from ilf.completion import banded
-from ilf.completion.edge_aware import kernels
 from ilf.completion.edge_aware import shape as trend
+from ilf.completion.edge_aware import smoothness as kernels
 from ilf.completion.edge_aware.smoothness import Weights
 from ilf.data import pixel_grids
 from ilf.segmentation import extraction as boundaries

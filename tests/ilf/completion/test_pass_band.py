@@ -11,7 +11,7 @@ import ilf
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
 from ilf.completion.pass_band.band import colour_weight, inside_ellipse
 from ilf.completion.pass_band.iteration import PassBandIteration, StagedSchedule, principal_lengths
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.data.results import hold_out_mask
 from tests.reference.full_grid import FullGridIteration, squared_wave_numbers
 

@@ -7,7 +7,7 @@ import pytest
 
 import ilf
 from ilf.completion.rims import depth_at_rims
-from ilf.data.label_map import Block
+from ilf.data.blocks import Block
 from ilf.segmentation.editing.patches import border_pixels
 
 SHAPE = 48, 64

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from ilf.completion.edge_aware import kernels
+from ilf.completion.edge_aware import smoothness as kernels
 from ilf.completion.edge_aware.smoothness import SmoothnessEnergy, Weights, make_weights
 
 SHAPES = [(1, 1), (1, 2), (1, 7), (6, 1), (2, 2), (2, 3), (3, 2), (4, 5), (7, 6)]

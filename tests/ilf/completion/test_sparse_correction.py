@@ -5,14 +5,12 @@ import pytest
 
 import ilf
 from ilf._runtime.networks.models import CORRECTION, SPARSE_CORRECTION
-from ilf.completion import correction as correcting
-from ilf.completion.correction import fading
-from ilf.completion.correction_network import load_correction_network
+from ilf.completion.correction import CorrectionNetwork, fading
 from ilf.completion.plain_surfaces import colourisation, thin_plate
 from ilf.completion.sparse_correction import (
     CHANNELS,
+    SparseCorrectionNetwork,
     cell_side,
-    load_sparse_correction_network,
     middles_of_cells,
     sparse_features,
     spread_to_pixels,
@@ -137,7 +135,7 @@ def test_sparse_depth_is_corrected_by_both_networks(sparse, completed):
 
 
 def test_of_denser_frames_it_is_not_asked(sparse, monkeypatch):
-    monkeypatch.setattr(correcting, "load_sparse_correction_network", lambda: pytest.fail("the network is asked"))
+    monkeypatch.setattr(SparseCorrectionNetwork, "bundled", lambda: pytest.fail("the network is asked"))
     depth = sparse.ground_truth.copy()
     depth[30:70, 40:90] = np.nan
     frame = ilf.RGBDFrame(sparse.rgb, depth)
@@ -151,8 +149,8 @@ def test_frames_of_any_size_are_looked_at_by_both_networks(shape):
     depth = np.full(shape, np.nan, np.float32)
     depth.ravel()[:: max(1, depth.size // 9)] = 2
     known = rgb, depth, np.full(shape, 2, np.float32), np.zeros(shape, np.float32)
-    first = load_correction_network().change(*known)
-    second = load_sparse_correction_network().change(*known, np.zeros(shape, np.float32))
+    first = CorrectionNetwork.bundled().change(*known)
+    second = SparseCorrectionNetwork.bundled().change(*known, np.zeros(shape, np.float32))
     for found in (first, second):
         assert found.shape == shape
         assert np.isfinite(found).all()

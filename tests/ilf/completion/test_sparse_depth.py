@@ -5,7 +5,7 @@ import numpy as np
 import ilf
 from ilf.completion.block import required_known_pixels
 from ilf.completion.interpolation import linear, nearest
-from ilf.data.label_map import least_known_pixels
+from ilf.data.blocks import least_known_pixels
 from ilf.data.results import Status
 from ilf.evaluation.bench.frames import BenchFrame
 from ilf.evaluation.bench.patterns import LINES, POINTS, make_task

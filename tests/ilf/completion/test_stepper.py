@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.filter import max_pixels
-from ilf.data.label_map import find_blocks
+from ilf.completion.block import max_pixels
+from ilf.data.blocks import find_blocks
 from ilf.data.results import EdgeAwareRecord, PassBandRecord, Status
 
 RECORDS = {"ideal": PassBandRecord, "edge-aware": EdgeAwareRecord}

@@ -17,7 +17,7 @@ import pytest
 
 import ilf
 from ilf._runtime.cancellation import cancelled_by
-from ilf._runtime.networks.session import Session
+from ilf._runtime.networks.network import Session
 from ilf.cli import main
 from ilf.data.guide import GuideCard
 from ilf.errors import Cancelled, ExportError, FormatError, InputError

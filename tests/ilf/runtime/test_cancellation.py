@@ -6,10 +6,15 @@ import pytest
 
 import ilf
 from ilf._runtime import writing as being_written
-from ilf._runtime.cancellation import acquired, cancelled_by, check_cancelled, set_cancel_events
-from ilf._runtime.threads import run_beside
+from ilf._runtime.cancellation import (
+    acquired,
+    cancelled_by,
+    check_cancelled,
+    run_beside,
+    run_in_parallel,
+    set_cancel_events,
+)
 from ilf._runtime.writing import move_into_place, remove_temporary_files, removed_on_exit, staging, write_bytes
-from ilf.completion.parallel import run_in_parallel
 from ilf.run.writing import write
 
 

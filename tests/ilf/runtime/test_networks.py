@@ -13,7 +13,7 @@ import pytest
 
 from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
-from ilf._runtime.networks.session import RefusedInputError, Session
+from ilf._runtime.networks.network import RefusedInputError, Session
 from ilf.errors import Cancelled, InputError, InstallationError
 from ilf.segmentation.edges.detectors import EdgeNetwork
 
@@ -105,7 +105,7 @@ if sys.argv[3] == "one core":
     os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])
 import cv2
 cv2.setNumThreads(1 if sys.argv[3] == "one core" else 8)
-from ilf._runtime.networks.session import Session
+from ilf._runtime.networks.network import Session
 content, inputs = np.fromfile(sys.argv[1], np.uint8), dict(np.load(sys.argv[2]))
 for one in Session(content).run(inputs):
     sys.stdout.buffer.write(one.tobytes())
@@ -185,7 +185,7 @@ raise ImportError("DLL load failed")
 
 def test_what_the_import_prints_is_not_shown(tmp_path):
     (tmp_path / "onnxruntime.py").write_text(_NOISY)
-    code = "from ilf._runtime.networks.session import _runtime; _runtime()"
+    code = "from ilf._runtime.networks.network import _runtime; _runtime()"
     paths = os.pathsep.join([str(tmp_path), *sys.path])
     done = subprocess.run(
         [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from ilf.data.parameters import BlockParameters
-from ilf.segmentation.edges.frame_edges import FrameEdges
-from ilf.segmentation.edges.relief import Relief
+from ilf.segmentation.edges.frame_edges import FrameEdges, Relief
 from ilf.segmentation.extraction import edge_and_jump_strength, find_boundaries
 
 SHAPE = (20, 30)

@@ -6,7 +6,13 @@ import pytest
 
 from ilf._runtime.installation import asset_path
 from ilf.errors import FormatError, InputError
-from ilf.segmentation.edges.depth_edges import CHANNELS, SCALES, DepthEdgeNetwork, depth_features, filled_log_depth
+from ilf.segmentation.edges.detectors import (
+    DEPTH_CHANNELS,
+    DEPTH_SCALES,
+    DepthEdgeNetwork,
+    depth_features,
+    filled_log_depth,
+)
 
 from ..tiny_onnx import node, write_network
 
@@ -16,7 +22,7 @@ COARSE = [
     node("MaxPool", ["jump"], "pooled", kernel_shape=[4, 4], strides=[4, 4]),
     node("Concat", ["pooled", "pooled"], "coarse", axis=1),
 ]
-INPUTS = {"image": 3, "depth": len(CHANNELS)}
+INPUTS = {"image": 3, "depth": len(DEPTH_CHANNELS)}
 LINES = {"jump": 1, "crease": 1}
 
 
@@ -28,7 +34,7 @@ def two_walls(height=48, width=64):
 
 
 def feature(depth, name):
-    return depth_features(depth)[CHANNELS.index(name)]
+    return depth_features(depth)[DEPTH_CHANNELS.index(name)]
 
 
 def test_features_know_no_scale():
@@ -86,7 +92,7 @@ def noise(height, width):
 def at_all_scales(lines, rgb, depth):
     """The mean of lines that are found in the picture and in smaller ones of it."""
     found = []
-    for scale in SCALES:
+    for scale in DEPTH_SCALES:
         size = round(rgb.shape[1] * scale), round(rgb.shape[0] * scale)
         small = (
             cv2.resize(rgb, size, interpolation=cv2.INTER_AREA),

@@ -22,7 +22,7 @@ from ilf._runtime.networks.models import (
     new_model_path,
     remove_model,
 )
-from ilf._runtime.networks.session import Session
+from ilf._runtime.networks.network import Session
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
 from ilf.segmentation.edges.detectors import load_model

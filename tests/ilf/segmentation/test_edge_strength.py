@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.networks import session
-from ilf.completion.filter import edges_for
+from ilf._runtime.networks import network
 from ilf.errors import InputError, InstallationError
-from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, find_edges, relief_of
+from ilf.segmentation.edges.detectors import EdgeNetwork
+from ilf.segmentation.edges.frame_edges import DETECTORS, canny_lines, edges_for, find_edges, relief_of
 from ilf.segmentation.extraction import extract
 
 
@@ -72,7 +72,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(foreign, tmp_path, 
     path = tmp_path / "edges.onnx"
     if foreign:
         path.write_bytes(b"no network")
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: path)
+    monkeypatch.setattr(EdgeNetwork, "bundled", lambda: EdgeNetwork.load(path))
     frame, labels = _holed()
     result = ilf.complete(frame, labels, ilf.preset(correction=False))
     assert np.isfinite(result.depth).all()
@@ -90,7 +90,7 @@ def test_without_the_network_canny_is_taken_and_that_is_said(foreign, tmp_path, 
 @pytest.fixture
 def missing_runtime(monkeypatch):
     """As after pip uninstall onnxruntime."""
-    monkeypatch.setattr(session, "_runtime", session._runtime.__wrapped__)
+    monkeypatch.setattr(network, "_runtime", network._runtime.__wrapped__)
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     monkeypatch.setattr("ilf._runtime.networks.network._networks", {})
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.ndimage import label as components
 
+from ilf.data.blocks import Region, enclosed
 from ilf.data.frame import RGBDFrame
-from ilf.data.label_map import Region, enclosed
 from ilf.segmentation.editing.borders import redraw_border
 from ilf.segmentation.editing.cleaning import (
     clean_up,

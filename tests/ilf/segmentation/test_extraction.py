@@ -6,7 +6,7 @@ from scipy.ndimage import label as components
 
 import ilf
 from ilf.segmentation.edges.detectors import canny_edges, colour_gradient, gradient_strength, otsu_edges
-from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.edges.frame_edges import find_relief
 from ilf.segmentation.extraction import find_margins, snap_to_jumps
 from ilf.segmentation.merging import keep_existing
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ilf.data.frame import RGBDFrame
-from ilf.segmentation.edges.relief import Relief
+from ilf.segmentation.edges.frame_edges import Relief
 from ilf.segmentation.merging import RegionGraph, numbered
 
 ANY = (0, 0.0, 0)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ilf
-from ilf.data.label_map import labels_in
+from ilf.data.blocks import labels_in
 from ilf.errors import InputError
 from ilf.segmentation.propagation.motion import parts_of
 from ilf.segmentation.propagation.propagate import follow

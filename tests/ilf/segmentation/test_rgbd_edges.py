@@ -9,12 +9,12 @@ import pytest
 import ilf
 from ilf._runtime import installation as assets
 from ilf.completion.edge_aware.iteration import EdgeAwareIteration
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without
 from ilf.run.record import make_record
 from ilf.run.replaying import network_differences
-from ilf.segmentation.edges.depth_edges import DepthEdgeNetwork
+from ilf.segmentation.edges.detectors import DepthEdgeNetwork
 from ilf.segmentation.edges.frame_edges import find_edges, joined, relief_of
 
 from ..small_frames import QUICK, without_edges
@@ -53,7 +53,7 @@ def _tiny(folder):
 
 def _bundle(monkeypatch, files):
     found = assets.asset_path
-    monkeypatch.setattr("ilf._runtime.networks.models.asset_path", lambda name: files.get(name) or found(name))
+    monkeypatch.setattr("ilf._runtime.networks.network.asset_path", lambda name: files.get(name) or found(name))
 
 
 def test_jumps_and_creases_are_the_networks_and_known_jumps_stand_at_1(network):

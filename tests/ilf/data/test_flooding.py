@@ -10,9 +10,9 @@ from skimage.segmentation import watershed
 
 from ilf._runtime import compiling
 from ilf._runtime.cancellation import cancelled_by
+from ilf.data import pixel_grids
+from ilf.data.pixel_grids import flood
 from ilf.errors import Cancelled
-from ilf.segmentation import flooding
-from ilf.segmentation.flooding import flood
 
 Landscape = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -31,7 +31,7 @@ landscapes = st.builds(
 
 
 def without_numba(patch: pytest.MonkeyPatch) -> None:
-    for module in (compiling, flooding):
+    for module in (compiling, pixel_grids):
         patch.setattr(module, "is_compiled", lambda: False)
 
 
@@ -70,9 +70,9 @@ def test_it_stops_when_nobody_wants_more(monkeypatch):
             cancel_event.set()
         original()
 
-    original = flooding.check_cancelled
-    monkeypatch.setattr(flooding, "check_cancelled", ask)
-    monkeypatch.setattr(flooding, "_PIXELS_PER_CHECK", 50)
+    original = pixel_grids.check_cancelled
+    monkeypatch.setattr(pixel_grids, "check_cancelled", ask)
+    monkeypatch.setattr(pixel_grids, "_PIXELS_PER_CHECK", 50)
     with cancelled_by(cancel_event), pytest.raises(Cancelled):
         flood(heights, markers, mask)
     assert len(asked) == 3
