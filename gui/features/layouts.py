@@ -171,9 +171,6 @@ _SWITCHES = {
 }
 """Text, hint, icon and keys of the command that switches to a layout."""
 
-_CHOICES = "block_names", "show_missing", "only_icons"
-"""Options of the views that are stored between program starts."""
-
 _GAP = 14
 """Space between the view controls and the layouts [px]."""
 _LEAST = 60
@@ -191,6 +188,8 @@ class _Tabs(QTabBar):
 
 class LayoutsFeature(Feature):
     """Switches between layouts of the window. Changes by the user are stored with the layout."""
+
+    at_start = True
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -243,14 +242,9 @@ class LayoutsFeature(Feature):
         return "" if self.present in OWN else _NOT_OWN
 
     def begin(self) -> None:
-        """Restore layout and options of the last program start."""
+        """Restore the layout of the last program start."""
         self._apply(self.store.left(self.store.present))
         self._show()
-        if self.context.panels.persistent:
-            for choice in _CHOICES:
-                action, key = self.context.actions[choice], f"views/{choice}"
-                action.setChecked(QSettings().value(key, False, bool) is True)
-                action.toggled.connect(lambda on, key=key: QSettings().setValue(key, on))
 
     @property
     def present(self) -> str:

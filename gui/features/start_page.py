@@ -181,6 +181,8 @@ def _heading() -> QHBoxLayout:
 class StartPageFeature(Feature):
     """Shows the start page while no frame is open."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._documents = context.feature(DocumentsFeature)

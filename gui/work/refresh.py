@@ -50,7 +50,7 @@ class Refresh(QObject):
         also: tuple[SignalInstance, ...] = (),
         when: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Add something to be drawn.
+        """Add something to be drawn, for the first time at the next turn.
 
         Parameters
         ----------
@@ -69,6 +69,7 @@ class Refresh(QObject):
         self._parts[name] = on, deferred_on
         for signal in also:
             signal.connect(lambda *_: self.mark(name))
+        self.mark(name)
 
     def changed(self, name: str) -> Part:
         """Return what has changed since this was asked last, for one that draws only that."""
@@ -86,11 +87,6 @@ class Refresh(QObject):
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""
         self._workspace.tell()
-
-    def draw_all(self) -> None:
-        """Draw every part, as at the start."""
-        self.mark(*self._draw)
-        self.now()
 
     def stop(self) -> None:
         """Stop drawing permanently."""

@@ -39,8 +39,9 @@ def _count_missing(depth) -> Generator[float, None, int]:
 
 
 def test_a_new_panel_is_one_class(opened, qtbot):
-    panel = _Missing(opened.context)
-    opened.refresh.draw_all()
+    opened.context.add(_Missing)
+    panel = opened.feature(_Missing)
+    opened.refresh.now()
     assert not panel.made, "a closed panel is not even made"
     panel.reveal()
     missing = int(np.count_nonzero(~np.isfinite(opened.workspace.current.frame.depth)))

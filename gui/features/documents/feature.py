@@ -16,6 +16,7 @@ from ilf.io.block_files import BLOCK_FORMATS, write_blocks
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.listing import Listing
 from ilf.sources.named_places import note_opened
 
 from ...base.commands import command
@@ -41,6 +42,8 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 class DocumentsFeature(Feature):
     """Opening and writing of files, and the menu of what was opened last."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._window = context.window
@@ -59,7 +62,7 @@ class DocumentsFeature(Feature):
     def begin(self) -> None:
         """Tell about what was opened and about runs, after the features that react to them."""
         loader = self._loader
-        loader.listed.connect(self.recent.note)
+        loader.listed.connect(self._tell_listed)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
 
@@ -193,6 +196,11 @@ class DocumentsFeature(Feature):
             if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
+
+    def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
+        self.recent.note(how)
+        text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
+        self._notes.show_message(" ".join((text, *listing.notes)))
 
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""

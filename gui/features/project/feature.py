@@ -47,6 +47,8 @@ _INCLUDED = (
 class ProjectFeature(Feature):
     """The project of the window; a window has exactly one."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, loader = context.workspace, context.loader
