@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from ..views.layouts import CORRECT as CORRECT_VIEWS
 from ..views.layouts import LAYOUTS
 from ..widgets.basics import lay_out, open_once
 from .context import Context, Feature
+from .project.view_state import CONTENTS, SIDES, restore_views
 from .views import ViewsFeature
 
 
@@ -382,11 +382,7 @@ class LayoutsFeature(Feature):
         if arrangement.views in LAYOUTS:
             views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
         views.reset_contents()
-        for cell, content in arrangement.contents.items():
-            with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
-                views.set_content(cell, content)
-        with contextlib.suppress(ValueError):
-            views.sides.choose(*arrangement.sides)
+        restore_views(views, {CONTENTS: arrangement.contents, SIDES: [*arrangement.sides]})
         self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)

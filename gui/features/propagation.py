@@ -192,12 +192,7 @@ class PropagationFeature(Feature):
 
     more_commands = tuple(
         Command(
-            f"propagate_{how}",
-            text,
-            hint,
-            group="propagate_how",
-            on=how == "auto",
-            remembered=f"propagation/{how}",
+            f"propagate_{how}", text, hint, group="propagate_how", on=how == "auto", remembered=f"propagation/{how}"
         )
         for how, (text, hint) in _WAYS.items()
     )

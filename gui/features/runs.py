@@ -18,22 +18,15 @@ from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
 from .run_history.panel import RunsPanel
 
+_LIVE = "Complete blocks again after each edit and each change of the filter's parameters, the selected ones first"
+
 
 class RunsFeature(Feature):
     """The commands of runs."""
 
     at_start = True
     more_commands = (
-        Command(
-            "live",
-            "&Live",
-            "Complete blocks again after each edit and each change of the filter's parameters, the selected ones first",
-            icon="ph.lightning",
-            keys="Ctrl+Shift+L",
-            checkable=True,
-            on=True,
-            remembered="live",
-        ),
+        Command("live", "&Live", _LIVE, "ph.lightning", "Ctrl+Shift+L", checkable=True, on=True, remembered="live"),
     )
 
     def __init__(self, context: Context) -> None:

@@ -188,10 +188,7 @@ class StartPageFeature(Feature):
         self._documents = context.feature(DocumentsFeature)
         self.page = StartPage([context.actions[name] for name in _COMMANDS], self._documents.open_again)
         self.page.shown.connect(self.show)
-
-    def begin(self) -> None:
-        """Put the page into its place."""
-        self.context.views.set_empty_page(self.page)
+        context.views.set_empty_page(self.page)
 
     def show(self) -> None:
         """List what was opened last."""

@@ -12,6 +12,8 @@ from gui.state.parts import Part
 from gui.work.frame_runs import RunState
 from ilf.data.results import BlockResult
 
+from .conftest import open_frame
+
 
 @pytest.fixture
 def opened(opened):
@@ -80,6 +82,7 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
 def test_with_live_off_nothing_runs_and_the_choice_is_remembered(another, qtbot, run_all, frame_folder):
     opened = another(persistent=True)
     open_frame(opened, qtbot, frame_folder)
+    opened.workspace.parameters.set(ilf.preset("paper"))
     run_all(opened)
     workspace = opened.workspace
     chosen = next(iter(workspace.current.counts()))

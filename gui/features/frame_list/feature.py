@@ -29,6 +29,11 @@ from .panel import FramesPanel
 _HEIGHT_SHARE = 0.0375
 _HEIGHTS = 30, 60
 """Height of the strip: share of the window's height, minimum and maximum [px]."""
+_KEY = "frames/film_strip"
+_STRIP = (
+    "Show the frames under the images while there are several and their panel is closed; the bar has the colour of the "
+    "state"
+)
 
 
 class FramesFeature(Panel):
@@ -41,16 +46,7 @@ class FramesFeature(Panel):
     deferred = Part.LIST | Part.CONTENT | Part.SOME_RESULTS
     awaits = Need.OTHERS
     more_commands = (
-        Command(
-            "film_strip",
-            "Film &strip",
-            "Show the frames under the images while there are several and their panel is closed; the bar has the "
-            "colour of the state",
-            icon="ph.film-strip",
-            checkable=True,
-            on=True,
-            remembered="frames/film_strip",
-        ),
+        Command("film_strip", "Film &strip", _STRIP, "ph.film-strip", checkable=True, on=True, remembered=_KEY),
     )
 
     _wanted: Entry | None = None
