@@ -61,6 +61,10 @@ class Panel(Feature):
             widget = context.feature(cls).widget if cls.at_start else Late(lambda: context.feature(cls).in_dock)
             context.panels.add(cls.title, widget, cls.group, cls.icon, cls.at_start, cls.shows)
 
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.redraw()
+
     @property
     def in_dock(self) -> QWidget:
         """What its dock contains."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QVBoxLayout, QWidget
 
 from ilf.project.project import Stage
 
@@ -95,8 +95,12 @@ class FramesFeature(Panel):
         """Move the list to where it belongs, and show or hide the strip."""
         context, docked = self.context, self.title in self.context.panels.open  # also behind another tab
         if self.panel.parentWidget() is not (self.dock if docked else self.bar):
+            focused = QApplication.focusWidget()
+            had_focus = focused is not None and self.panel.isAncestorOf(focused)
             (self._in_place if docked else self._in_bar).addWidget(self.panel)
             self.panel.show()  # at once: it may be given the focus
+            if had_focus and not docked:
+                context.views.active.view.setFocus()
         least, most = _HEIGHTS
         self.panel.set_bar(0 if docked else min(max(round(_HEIGHT_SHARE * context.window.height()), least), most))
         shown = not docked and len(context.workspace.entries) > 1 and context.actions.is_on("film_strip")
