@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import msgspec
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, QSignalBlocker, Qt
@@ -15,9 +17,9 @@ from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 from ..base.commands import Command, command, describe
 from ..views.layouts import CORRECT as CORRECT_VIEWS
 from ..views.layouts import LAYOUTS
+from ..views.linked_views import LinkedViews
 from ..widgets.basics import lay_out, open_once
 from .context import Context, Feature
-from .project.view_state import CONTENTS, SIDES, restore_views
 from .views import ViewsFeature
 
 
@@ -80,6 +82,31 @@ BUILT_IN = {
 
 OWN = tuple(f"own_{number}" for number in range(1, 10))
 """Names of the user's own layouts, in the order of their shortcuts."""
+
+
+# The views in an arrangement, and in a project.
+
+
+def views_state(views: LinkedViews) -> dict[str, Any]:
+    """Return layout and contents of the views as values for JSON."""
+    return {
+        "layout": views.sheet.layout_name,
+        "contents": views.contents(),
+        "sides": list(views.data.chosen_sides),
+    }
+
+
+def restore_views(views: LinkedViews, state: Mapping[str, Any]) -> None:
+    """Restore what `views_state` has returned; unknown values are ignored."""
+    contents, sides = state.get("contents"), state.get("sides")
+    if state.get("layout") in LAYOUTS:
+        views.sheet.set_layout(str(state["layout"]))
+    for cell, content in contents.items() if isinstance(contents, Mapping) else ():
+        with contextlib.suppress(ValueError):  # there is no such content
+            views.set_content(str(cell), str(content))
+    if isinstance(sides, list) and len(sides) == 2:
+        with contextlib.suppress(ValueError):
+            views.sides.choose(*map(str, sides))
 
 
 # Storage of layouts between program starts.
@@ -382,7 +409,7 @@ class LayoutsFeature(Feature):
         if arrangement.views in LAYOUTS:
             views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
         views.reset_contents()
-        restore_views(views, {CONTENTS: arrangement.contents, SIDES: [*arrangement.sides]})
+        restore_views(views, {"contents": arrangement.contents, "sides": [*arrangement.sides]})
         self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)

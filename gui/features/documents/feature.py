@@ -21,7 +21,7 @@ from ilf.sources.named_places import note_opened
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...base.paths import sort_paths
+from ...base.paths import contains_frames, sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
@@ -29,7 +29,7 @@ from ...widgets.file_choice import ask_path, save_folder
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
-from .frame_files import Kind, contains_frames
+from .frame_files import Kind
 from .recent import Origin, RecentMenu
 
 _NO_RESULT = (

@@ -60,18 +60,22 @@ class FramesFeature(Panel):
         super().__init__(context)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
-        _ = self.widget
-        panel = self.panel
+        self.panel = panel = FramesPanel(context.recorder.store.thumbnail)
         panel.model.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
-        self._make_places()
+        self.dock, self.bar = QWidget(), QWidget()
+        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), panel)
+        self.bar.hide()
+        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
+        also = (context.actions["film_strip"].toggled,)
+        context.refresh.add("film strip", self._find_place, Part.LIST, also=also)
+        self.dock.installEventFilter(self)
+        _ = self.widget  # in one of its shapes
 
     def make(self) -> QWidget:
-        """Make the list, which is visible in one of its shapes."""
-        self.panel = FramesPanel(self.context.recorder.store.thumbnail)
         return self.panel
 
     # its two places
@@ -80,16 +84,6 @@ class FramesFeature(Panel):
     def in_dock(self) -> QWidget:
         """What the dock contains. While that is closed, the list is in a bar under the images."""
         return self.dock
-
-    def _make_places(self) -> None:
-        context = self.context
-        self.dock, self.bar = QWidget(), QWidget()
-        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), self.panel)
-        self.bar.hide()
-        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
-        also = (context.actions["film_strip"].toggled,)
-        context.refresh.add("film strip", self._find_place, Part.LIST, also=also)
-        self.dock.installEventFilter(self)
 
     def _find_place(self) -> None:
         """Move the list to where it belongs, and show or hide the strip."""
