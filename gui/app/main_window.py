@@ -187,3 +187,4 @@ class MainWindow(Themed, QMainWindow):
         super().showEvent(event)
         self.windowHandle().windowStateChanged.connect(self._show_state, Qt.ConnectionType.UniqueConnection)
         self.panels.arrange()
+        self.refresh.mark("error", "cloud")  # drawn only while visible
