@@ -279,12 +279,7 @@ class ColourRange(Panel):
             self.redraw()
 
     @command(
-        "lock_range",
-        "Loc&k colour range",
-        icon="ph.lock",
-        checkable=True,
-        needs=Need.FRAME,
-        why_off=_why_no_range,
+        "lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, needs=Need.FRAME, why_off=_why_no_range
     )
     def _set_lock(self, on: bool) -> None:
         """Keep the colour range in all views, for all runs and frames."""

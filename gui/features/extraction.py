@@ -42,18 +42,11 @@ _COMMANDS = {
 """Text and hint of the command that shows a stage."""
 
 
-def _stage_command(name: str) -> Command:
+def _stage_command(number: int, name: str) -> Command:
     text, hint = _COMMANDS[name]
-    return Command(
-        f"stage_{name}",
-        text,
-        hint,
-        keys=f"Alt+{1 + list(_COMMANDS).index(name)}",
-        group="stage",
-        on=name == ShownStage().name,
-        handler=lambda panel: panel.show_stage(name),
-        needs=Need.FRAME,
-    )
+    on, show = name == ShownStage().name, lambda panel: panel.show_stage(name)
+    keys = f"Alt+{number}"
+    return Command(f"stage_{name}", text, hint, keys=keys, group="stage", on=on, handler=show, needs=Need.FRAME)
 
 
 _Stage = tuple[RGBDFrame, BlockParameters, str]
@@ -72,7 +65,7 @@ class ExtractionPanel(Panel):
     parts = Part.FRAME | Part.EXTRACTION | Part.LABELS | Part.INFOS
     contents = ("stage",)
     what = "extraction"
-    more_commands = tuple(map(_stage_command, _COMMANDS))
+    more_commands = tuple(map(_stage_command, range(1, 1 + len(_COMMANDS)), _COMMANDS))
 
     def __init__(self, context: Context) -> None:
         self._frame: RGBDFrame | None = None

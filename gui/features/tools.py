@@ -31,13 +31,8 @@ class ToolsFeature(Feature):
         super().__init__(context)
         self._editor = editor = context.editor
         actions, notes = context.actions, context.notes
-        names = Command(
-            "only_icons",
-            "Tools &without names",
-            "Leave out the names beside the icons of the tools",
-            checkable=True,
-            remembered="views/only_icons",
-        )
+        hint, key = "Leave out the names beside the icons of the tools", "views/only_icons"
+        names = Command("only_icons", "Tools &without names", hint, checkable=True, remembered=key)
         actions.add((*self._choices(), names))
         self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
