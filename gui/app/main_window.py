@@ -12,6 +12,7 @@ from ..features.about import WindowFeature
 from ..features.accuracy.block_errors import BlockErrorsFeature
 from ..features.accuracy.panel import AccuracyPanel
 from ..features.additional_depth import AdditionalDepthPanel
+from ..features.blocks.commands import BlockCommands
 from ..features.blocks.feature import BlocksFeature
 from ..features.cloud import CloudFeature
 from ..features.colour_range import ColourRange
@@ -36,6 +37,7 @@ from ..features.quality import QualityPanel
 from ..features.run_history.panel import RunsPanel
 from ..features.runs import RunsFeature
 from ..features.sequence.playing import PlayFeature
+from ..features.sharing import SharingPanel
 from ..features.shortcuts import ShortcutsFeature
 from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
@@ -46,7 +48,7 @@ from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
 from .drops import FileDrops, accepted
 
-# In the order in which they draw. A feature that another one asks for comes before it.
+# In the order in which they draw.
 _STANDARD: tuple[type[Feature], ...] = (
     WindowFeature,
     ProjectFeature,
@@ -54,14 +56,18 @@ _STANDARD: tuple[type[Feature], ...] = (
     ViewsFeature,
     ErrorFeature,
     CloudFeature,
+    BlockCommands,
     BlocksFeature,
     RunsFeature,
     FilterPanel,
+    SharingPanel,
     EditSummaryFeature,
     CurvesFeature,
     ExtractionPanel,
     ToolsFeature,
     StatusFeature,
+    FramesFeature,
+    HistoryFeature,
 )
 _FURTHER: tuple[type[Feature], ...] = (
     RunsPanel,
@@ -100,16 +106,16 @@ class MainWindow(Themed, QMainWindow):
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
         FileDrops(self)
-        for make in _STANDARD:
-            make(context)
+        for kind in _STANDARD:
+            context.add(kind)
         self._add_panels()
-        for make in _FURTHER:
-            make(context)
+        for kind in _FURTHER:
+            context.add(kind)
         self.documents, self.project = self.feature(DocumentsFeature), self.feature(ProjectFeature)
         self._add_menus()
-        for feature in self.features:
+        for feature in tuple(self.features):
             feature.begin()
-        self.refresh.draw_all()
+        self.refresh.now()
         self.panels.place()
         self.panels.size_window()
 
@@ -120,11 +126,9 @@ class MainWindow(Themed, QMainWindow):
         parameters.setDocumentMode(True)
         parameters.addTab(feature(FilterPanel).widget, "Filter")
         parameters.addTab(Late(lambda: feature(ExtractionPanel).widget), "Extraction")
-        add = self.panels.add
-        FramesFeature(self.context)
-        HistoryFeature(self.context)
-        add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
-        add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)
+        feature(FilterPanel).form.menu_requested.connect(lambda *asked: feature(OnUseFeature).show_menu(*asked))
+        self.panels.add("Log", self.log, PanelGroup.WORK, "ph.list-dashes")
+        self.panels.add("Parameters", parameters, PanelGroup.SETTINGS, "ph.sliders-horizontal", is_open=True)
 
     def _add_menus(self) -> None:
         self.tool_bar = ToolBar(self.actions_, self.feature(ToolsFeature).options, self)
@@ -133,6 +137,7 @@ class MainWindow(Themed, QMainWindow):
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.panels.persistent)
+        self.feature(ViewsFeature).bar.add_entry(self.actions_["fit_range"])
         draw_extensions(self)
 
     # events
@@ -182,4 +187,4 @@ class MainWindow(Themed, QMainWindow):
         super().showEvent(event)
         self.windowHandle().windowStateChanged.connect(self._show_state, Qt.ConnectionType.UniqueConnection)
         self.panels.arrange()
-        self.refresh.mark("error", "cloud", ExtractionPanel.title)  # drawn only while visible
+        self.refresh.mark("error", "cloud")  # drawn only while visible

@@ -7,8 +7,9 @@ import inspect
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from PySide6.QtCore import QSettings
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -58,6 +59,10 @@ class Command:
     group : str
         Commands of one group are checkable, one at a time.
     checkable : bool
+    on : bool
+        Whether it is on at first.
+    remembered : str
+        Key of the setting that stores between program starts whether it is on; "" for none.
     held : str
         Letter of the key that switches it on while held; "" for none.
     handler : callable, optional
@@ -78,6 +83,8 @@ class Command:
     keys: str = ""
     group: str = ""
     checkable: bool = False
+    on: bool = False
+    remembered: str = ""
     held: str = ""
     handler: Callable[..., object] | None = None
     needs: Need = NOTHING
@@ -85,7 +92,7 @@ class Command:
 
     def __call__(self, handler: Handler) -> Handler:
         """Declare a method as the handler."""
-        setattr(handler, _COMMAND, replace(self, hint=first_paragraph(handler)))
+        setattr(handler, _COMMAND, replace(self, hint=first_paragraph(handler), handler=handler))
         return handler
 
 
@@ -97,13 +104,17 @@ def first_paragraph(described: object) -> str:
     return " ".join((inspect.getdoc(described) or "").partition("\n\n")[0].split()).removesuffix(".")
 
 
-def commands_of(owner: object) -> Iterator[Command]:
-    """Yield the commands whose handlers are methods of an object, in the order of their definition."""
-    for kind in reversed(type(owner).__mro__):
-        for method in vars(kind).values():
-            if isinstance(declared := getattr(method, _COMMAND, None), Command):
-                why_off = None if declared.why_off is None else partial(declared.why_off, owner)
-                yield replace(declared, handler=partial(method, owner), why_off=why_off)
+def commands_of(kind: type, owner: Callable[[], object]) -> Iterator[Command]:
+    """Yield the commands of a class, in the order of their definition: those whose handlers are its methods, and those
+    of its attribute `more_commands`. `owner` returns the object with the methods; it is called when one is used."""
+    for base in reversed(kind.__mro__):
+        declared = [getattr(member, _COMMAND, None) for member in vars(base).values()]
+        for one in (*filter(None, declared), *vars(base).get("more_commands", ())):
+            yield replace(one, handler=_bound(one.handler, owner), why_off=_bound(one.why_off, owner))
+
+
+def _bound(method: Callable[..., Any] | None, owner: Callable[[], object]) -> Callable[..., Any] | None:
+    return None if method is None else lambda *given: method(owner(), *given)
 
 
 class CommandAction(QAction):
@@ -127,6 +138,7 @@ class CommandAction(QAction):
         self.setObjectName(command.name)
         self.setShortcut(QKeySequence(command.keys))
         self.setCheckable(command.checkable or bool(command.group))
+        self.setChecked(command.on)
         self.hovered.connect(self.explain)
         self.explain()
 
@@ -167,11 +179,14 @@ class Actions:
     window : QWidget
     missing : callable
         Returns what is missing of all that commands may need.
+    persistent : bool
+        Whether settings are restored and stored.
     """
 
-    def __init__(self, window: QWidget, missing: Callable[[], Need]) -> None:
+    def __init__(self, window: QWidget, missing: Callable[[], Need], persistent: bool = False) -> None:
         self._window = window
         self._missing = missing
+        self._persistent = persistent
         self.commands: dict[str, Command] = {}
         """All commands by name, in the order in which they were added."""
         self._icons: dict[str, str] = {}
@@ -187,7 +202,8 @@ class Actions:
 
     def add(self, commands: Iterable[Command]) -> None:
         """Make the actions of a feature's commands."""
-        for command in commands:
+        added = list(commands)
+        for command in added:
             action = CommandAction(command, self._missing, self._window)
             if command.group:
                 self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
@@ -195,6 +211,16 @@ class Actions:
             self._window.addAction(action)
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
+        for command in added:
+            if command.remembered and self._persistent:
+                self._remember(self[command.name], command)
+
+    @staticmethod
+    def _remember(action: QAction, command: Command) -> None:
+        """Restore whether a command is on, and store each change."""
+        settings = QSettings()
+        action.setChecked(settings.value(command.remembered, command.on, bool) is True)
+        action.toggled.connect(partial(settings.setValue, command.remembered))
 
     def adopt(self, name: str, action: QAction, icon: str = "") -> None:
         """Add an action that was made elsewhere, as that of a menu, or give one another icon."""

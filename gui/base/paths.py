@@ -1,4 +1,4 @@
-"""Sort given or dropped paths by kind. Does not import Qt: the command line uses it too, also where Qt fails."""
+"""What paths are, by their names and folders. Does not import Qt: the command line uses it too, also where Qt fails."""
 
 from __future__ import annotations
 
@@ -6,10 +6,16 @@ from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 
+from ilf.sources.frame_folder import is_frame_folder
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
 from ilf.sources.opening import is_recording
 
 PROJECT_SUFFIX = ".ilf"
+
+
+def contains_frames(path: str) -> bool:
+    """Return whether a path is a folder of frames or a recording; a single frame's folder is not."""
+    return is_recording(path) or (Path(path).is_dir() and not is_frame_folder(path))
 
 
 def sort_paths(paths: Iterable[Path]) -> tuple[list[Path], list[Path], list[Path], list[Path]]:

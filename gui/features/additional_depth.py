@@ -120,7 +120,6 @@ class AdditionalDepthPanel(Panel):
     def __init__(self, context: Context) -> None:
         self._sections: dict[str, _Section] = {}
         super().__init__(context)
-        context.refresh.add("depth in again", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
 
     def make(self) -> QWidget:
         for name, short in _SHORT.items():
@@ -312,14 +311,6 @@ class AdditionalDepthPanel(Panel):
                 f"{document.name}: nothing was added, since another frame is shown now. Show it, and try again."
             )
         return shown
-
-    def _put_back(self) -> None:
-        """Show depth in again where there is none of the additional depth that its view has shown."""
-        if not self.context.workspace.has_current:
-            return
-        gone = {"guide": self._frame.guide is None, "from_neighbours": self._frame.from_neighbours is None}
-        if gone.get(self.context.views.contents()["depth-in"]):
-            self.context.views.set_content("depth-in", "depth-in")
 
     @property
     def _document(self) -> Document:

@@ -41,6 +41,7 @@ class CloudFeature(Feature):
     if the tool needs points only.
     """
 
+    at_start = True
     what = "point cloud"
 
     def __init__(self, context: Context) -> None:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QSettings, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ..base import theme
 from ..base.commands import command
+from ..base.needs import Need
 from ..state.parts import Part
-from ..views.colours import DEPTH_MAP, FIXED, KINDS, MODES, Levels, Range
+from ..views.colours import FIXED, KINDS, MODES, Levels, Range
 from ..views.curves.axes import Plot, paint_plot
 from ..widgets.basics import PlainLabel, Themed, combo, command_button, lay_out
 from ..widgets.docks import PanelGroup
 from .context import Context
 from .panel import Panel
-from .views import ViewsFeature
 
 # A histogram with the two limits of the colour range, which can be dragged.
 
@@ -118,8 +118,6 @@ class Histogram(Themed, Plot):
 _DECIMALS = {"depth": 3, "signed": 2, "expected": 2}
 _LARGEST = 1e6
 _NO_RANGE = "Click a view of depth, a difference or an error"
-_TOLD_KEY = "depth_colours/told"
-_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
 
 _ROBUST = 1, 99
 """Percentiles of the values at the ends of a range that is set from them."""
@@ -157,16 +155,8 @@ class ColourRange(Panel):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         views = context.views
-        context.feature(ViewsFeature).bar.add_entry(context.actions["fit_range"])
         context.refresh.add("range_lock", self._show_lock, Part.FRAME, also=(views.rangeChanged, views.shownChanged))
-        if context.panels.persistent:
-            context.refresh.add("depth colours", self._tell_map, Part.FRAME)
-
-    def _tell_map(self) -> None:
-        """In the first frame of a first start, say how depth is coloured."""
-        if self.context.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
-            QSettings().setValue(_TOLD_KEY, True)
-            self.context.notes.offer(_ABOUT_MAP)
+        self._show_lock()
 
     @command("show_range", "Colour &range", icon="ph.chart-bar", keys="Ctrl+Shift+G")
     def _open(self) -> None:
@@ -257,6 +247,7 @@ class ColourRange(Panel):
         "Colour range from &selection or view",
         icon="ph.arrows-out-line-vertical",
         keys="Ctrl+Alt+G",
+        needs=Need.FRAME,
         why_off=_why_no_range,
     )
     def fit(self) -> None:
@@ -287,7 +278,9 @@ class ColourRange(Panel):
             self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
             self.redraw()
 
-    @command("lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, why_off=_why_no_range)
+    @command(
+        "lock_range", "Loc&k colour range", icon="ph.lock", checkable=True, needs=Need.FRAME, why_off=_why_no_range
+    )
     def _set_lock(self, on: bool) -> None:
         """Keep the colour range in all views, for all runs and frames."""
         views = self.context.views

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from ilf.project.recovery import autosave_folder
 
-from ..base.commands import Actions, commands_of
+from ..base.commands import Actions, Command, commands_of
 from ..base.needs import NOTHING, Need
 from ..project.loading import FrameLoader
 from ..project.recorder import Recorder
@@ -62,7 +62,7 @@ class Context:
     actions
         The commands.
     features : list of Feature
-        All features, in the order in which they were made.
+        Those that are made, in that order.
     """
 
     def __init__(self, window: QMainWindow, persistent: bool) -> None:
@@ -80,14 +80,37 @@ class Context:
         self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)
         self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
         self.editor = Editor(workspace, self.views, window)
-        self.actions = Actions(window, self.missing)
+        self.actions = Actions(window, self.missing, persistent)
         self.features: list[Feature] = []
+        self._kinds: list[type[Feature]] = []
         self.refresh.add("commands", self.actions.refresh, _OF_COMMANDS, also=(self.editor.tool_changed,))
+        shown = self.views.shownChanged, self.centre.turned
+        self.refresh.add("features", self._make_awaited, _OF_COMMANDS, also=shown)
+
+    def add(self, kind: type[Feature]) -> None:
+        """Add a type of feature: its commands are there, and its panel; it is made when it is first used."""
+        self._kinds.append(kind)
+        kind.declare(self)
+        if kind.at_start:
+            self.feature(kind)
+
+    def made(self, kind: type[FeatureType]) -> FeatureType | None:
+        """Return the feature of a type; None if nothing has used it yet."""
+        return next((feature for feature in self.features if isinstance(feature, kind)), None)
 
     def feature(self, kind: type[FeatureType]) -> FeatureType:
         """Return the feature of a type; it is made now if nothing has used it yet."""
-        made = next((feature for feature in self.features if isinstance(feature, kind)), None)
-        return kind(self) if made is None else made
+        if kind not in self._kinds:
+            self.add(kind)
+        return self.made(kind) or kind(self)
+
+    def _make_awaited(self) -> None:
+        """Make the features whose contents a view shows, or for which there is what they await."""
+        missing = self.missing()
+        for kind in self._kinds:
+            awaited = kind.awaits and not kind.awaits & missing
+            if (awaited or any(map(self.views.shows, kind.contents))) and self.made(kind) is None:
+                kind(self)
 
     def missing(self) -> Need:
         """Return what is missing now of all that commands may need."""
@@ -128,26 +151,43 @@ class Context:
 class Feature(QObject):
     """One feature of the window with all that belongs to it.
 
-    When it is made, its methods that are commands are added to the context's actions. It makes its widgets, adds its
-    panels to the context's docks, registers their updates with the context's refresh, and passes its messages to the
-    context's notes. What takes time it asks for by `requests.ask`: the answer is found in a worker thread.
+    Its commands are there from the start. It is made when one of them is first used, its panel is shown, or another
+    feature asks for it. Then it makes its widgets, registers their updates with the context's refresh, and passes its
+    messages to the context's notes. What takes time it asks for by `requests.ask`: the answer is found in a worker
+    thread.
 
     Attributes
     ----------
     what : str
         What is computed, as in "hold-out test": named in errors.
+    more_commands : sequence of Command
+        Commands beside its methods; their handlers are given the feature.
+    at_start : bool
+        Whether it is made with the window, since it listens from then on.
+    awaits : Need
+        It is made as soon as this is there.
+    contents : tuple of str
+        What it finds for the views, as in "edges": it is made when a view shows one of these.
     """
 
     what: ClassVar[str] = "computation"
+    more_commands: ClassVar[Sequence[Command]] = ()
+    at_start: ClassVar[bool] = False
+    awaits: ClassVar[Need] = NOTHING
+    contents: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def declare(cls, context: Context) -> None:
+        """Add what there is of it before it is made."""
+        context.actions.add(commands_of(cls, lambda: context.feature(cls)))
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self.context = context
         context.features.append(self)
-        context.actions.add(commands_of(self))
 
     def begin(self) -> None:
-        """Called when the window has all features and menus, just before it is shown; not for one made on use."""
+        """Called when the window has all commands and menus, just before it is shown, for one that is made with it."""
 
     @cached_property
     def requests(self) -> LatestRequest:

@@ -17,6 +17,7 @@ from ilf.data.results import PassBandRecord
 from ilf.drawing.colours import depth_spectrum
 from ilf.segmentation.edges.frame_edges import find_edges
 
+from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import NO_PART, Part
 from ..views.view_data import Before, Spectrum
@@ -45,6 +46,9 @@ _KINDS: dict[str, tuple[Any, Part, Part]] = {
 
 class DerivedFeature(Feature):
     """Finds each kind of derived data while a view shows it; the guide always, because a run needs it, too."""
+
+    awaits = Need.GUIDE
+    contents = tuple(_KINDS)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)

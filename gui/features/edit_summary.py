@@ -139,6 +139,8 @@ class EditSummaryFeature(Feature):
     run, if live depth is off.
     """
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._workspace = workspace = context.workspace

@@ -17,6 +17,8 @@ from .context import Context, Feature
 class ErrorFeature(Feature):
     """The expected error. A completion for which it failed is not tried again."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._views = views = context.views

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QVBoxLayout, QWidg
 from ilf._runtime.formatting import counted, covered
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
-from ilf.drawing.blocks import STAGES, stage_count, stage_legend, stage_picture
+from ilf.drawing.blocks import stage_count, stage_legend, stage_picture
 from ilf.segmentation.extraction import Extraction, extract
 
 from ..base import theme
@@ -43,6 +42,13 @@ _COMMANDS = {
 """Text and hint of the command that shows a stage."""
 
 
+def _stage_command(number: int, name: str) -> Command:
+    text, hint = _COMMANDS[name]
+    on, show = name == ShownStage().name, lambda panel: panel.show_stage(name)
+    keys = f"Alt+{number}"
+    return Command(f"stage_{name}", text, hint, keys=keys, group="stage", on=on, handler=show, needs=Need.FRAME)
+
+
 _Stage = tuple[RGBDFrame, BlockParameters, str]
 """Frame, parameters and name of a stage: what its picture depends on."""
 
@@ -57,12 +63,9 @@ class ExtractionPanel(Panel):
 
     title, icon, group = "Extraction", "ph.polygon", None
     parts = Part.FRAME | Part.EXTRACTION | Part.LABELS | Part.INFOS
+    contents = ("stage",)
     what = "extraction"
-
-    @property
-    def visible(self) -> bool:
-        """Whether the panel or its view is visible."""
-        return super().visible or self.context.views.shows("stage")
+    more_commands = tuple(map(_stage_command, range(1, 1 + len(_COMMANDS)), _COMMANDS))
 
     def __init__(self, context: Context) -> None:
         self._frame: RGBDFrame | None = None
@@ -74,25 +77,8 @@ class ExtractionPanel(Panel):
         self._previews = True
         """Whether the view follows the parameters."""
         super().__init__(context)
-        context.actions.add(
-            Command(
-                f"stage_{name}",
-                text,
-                hint,
-                keys=f"Alt+{number}",
-                group="stage",
-                handler=partial(self.show_stage, name),
-                needs=Need.FRAME,
-            )
-            for number, (name, (text, hint)) in enumerate(_COMMANDS.items(), 1)
-        )
-        views = context.views
-        for signal in (views.sheet.layoutChanged, views.shownChanged, context.centre.turned):
+        for signal in (context.views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
-        for name, text in STAGES.items():
-            context.actions[f"stage_{name}"].setIconText(text)
-        context.actions[f"stage_{context.views.data.stage.name}"].setChecked(True)
-        context.views.data.stage_actions = [context.actions[f"stage_{name}"] for name in STAGES]
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""

@@ -17,14 +17,14 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parameters import parameter_labels
 from ..state.parts import Part
-from ..widgets.basics import TEXT, PlainLabel, combo, command_button, form, lay_out
+from ..widgets.basics import TEXT, Late, PlainLabel, combo, command_button, form, lay_out
 from ..widgets.parameter_form import ParameterForm
 from .context import Context
 from .panel import Panel
 from .parameter_effects import Effect, Tried, effect_of, try_parameters
 from .presets import PresetBox
 from .runs import RunsFeature
-from .sharing import SharingRow
+from .sharing import SharingPanel
 
 _SHOWN = Part.FRAME | Part.LIST | Part.INFOS | Part.SELECTION | Part.PARAMETERS
 _OTHER_DEPTH = Part.FRAME | Part.LABELS | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.BY_HAND
@@ -47,7 +47,7 @@ class FilterPanel(Panel):
     parameters that it shows, and puts those first that change this frame most.
     """
 
-    title, icon, group, open_at_first = "Filter", "ph.sliders-horizontal", None, True
+    title, icon, group, at_start = "Filter", "ph.sliders-horizontal", None, True
     parts = _SHOWN | Part.RESULTS | _OTHER_DEPTH
     what = "trial of parameters"
 
@@ -66,7 +66,6 @@ class FilterPanel(Panel):
         self.presets = PresetBox(self.context, lambda: self.shown)
         self.presets.chosen.connect(self._choose_preset)
         self.presets.changed.connect(self._take_presets)
-        self.frames = SharingRow(self.context)
         hint = "Whether the parameters below apply to all blocks, or to the selected ones only"
         self.scope = combo(["All blocks", "Selected blocks"], hint, "Parameters for")
         self.scope.activated.connect(self.redraw)
@@ -82,7 +81,9 @@ class FilterPanel(Panel):
         scope = lay_out(QHBoxLayout(), *texts, *self._own_buttons, spacing=2, stretched=texts)
         for button in self._own_buttons:
             button.hide()  # a panel is as wide as it is at first
-        self._choices = form(("Parameters for", scope), ("Preset", self.presets), ("Frames", self.frames))
+        self._frames = Late(lambda: self.context.feature(SharingPanel).widget)
+        self._choices = form(("Parameters for", scope), ("Preset", self.presets), ("Frames", self._frames))
+        self._choices.setRowVisible(self._frames, False)
         widget = QWidget()
         lay_out(QVBoxLayout(widget), self._choices, self.form, self.work, margins=(8, 8, 4, 4), stretched=self.form)
         return widget
@@ -135,10 +136,7 @@ class FilterPanel(Panel):
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        several = len(workspace.entries) > 1
-        self._choices.setRowVisible(self.frames, several)
-        if several:
-            self.frames.show_present()
+        self._choices.setRowVisible(self._frames, len(workspace.entries) > 1)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = workspace.parameters.shared
         if scope:

@@ -15,6 +15,8 @@ from .context import Context, Feature
 class HistoryFeature(Feature):
     """The panel *History*, and the commands that undo and redo, whose texts and states come from the history."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         window, history = context.window, context.workspace.undo_group

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import msgspec
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, QSignalBlocker, Qt
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QTabBar, QWidget
 from ..base.commands import Command, command, describe
 from ..views.layouts import CORRECT as CORRECT_VIEWS
 from ..views.layouts import LAYOUTS
+from ..views.linked_views import LinkedViews
 from ..widgets.basics import lay_out, open_once
 from .context import Context, Feature
 from .views import ViewsFeature
@@ -80,6 +82,31 @@ BUILT_IN = {
 
 OWN = tuple(f"own_{number}" for number in range(1, 10))
 """Names of the user's own layouts, in the order of their shortcuts."""
+
+
+# The views in an arrangement, and in a project.
+
+
+def views_state(views: LinkedViews) -> dict[str, Any]:
+    """Return layout and contents of the views as values for JSON."""
+    return {
+        "layout": views.sheet.layout_name,
+        "contents": views.contents(),
+        "sides": list(views.data.chosen_sides),
+    }
+
+
+def restore_views(views: LinkedViews, state: Mapping[str, Any]) -> None:
+    """Restore what `views_state` has returned; unknown values are ignored."""
+    contents, sides = state.get("contents"), state.get("sides")
+    if state.get("layout") in LAYOUTS:
+        views.sheet.set_layout(str(state["layout"]))
+    for cell, content in contents.items() if isinstance(contents, Mapping) else ():
+        with contextlib.suppress(ValueError):  # there is no such content
+            views.set_content(str(cell), str(content))
+    if isinstance(sides, list) and len(sides) == 2:
+        with contextlib.suppress(ValueError):
+            views.sides.choose(*map(str, sides))
 
 
 # Storage of layouts between program starts.
@@ -171,9 +198,6 @@ _SWITCHES = {
 }
 """Text, hint, icon and keys of the command that switches to a layout."""
 
-_CHOICES = "block_names", "show_missing", "only_icons"
-"""Options of the views that are stored between program starts."""
-
 _GAP = 14
 """Space between the view controls and the layouts [px]."""
 _LEAST = 60
@@ -191,6 +215,8 @@ class _Tabs(QTabBar):
 
 class LayoutsFeature(Feature):
     """Switches between layouts of the window. Changes by the user are stored with the layout."""
+
+    at_start = True
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -243,14 +269,9 @@ class LayoutsFeature(Feature):
         return "" if self.present in OWN else _NOT_OWN
 
     def begin(self) -> None:
-        """Restore layout and options of the last program start."""
+        """Restore the layout of the last program start."""
         self._apply(self.store.left(self.store.present))
         self._show()
-        if self.context.panels.persistent:
-            for choice in _CHOICES:
-                action, key = self.context.actions[choice], f"views/{choice}"
-                action.setChecked(QSettings().value(key, False, bool) is True)
-                action.toggled.connect(lambda on, key=key: QSettings().setValue(key, on))
 
     @property
     def present(self) -> str:
@@ -388,11 +409,7 @@ class LayoutsFeature(Feature):
         if arrangement.views in LAYOUTS:
             views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
         views.reset_contents()
-        for cell, content in arrangement.contents.items():
-            with contextlib.suppress(ValueError):  # contents that do not exist any more are skipped
-                views.set_content(cell, content)
-        with contextlib.suppress(ValueError):
-            views.sides.choose(*arrangement.sides)
+        restore_views(views, {"contents": arrangement.contents, "sides": [*arrangement.sides]})
         self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)

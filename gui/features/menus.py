@@ -23,6 +23,10 @@ BLOCK_MENU = (
     "run_selected zoom_block | rename_block merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
     "grow_blocks shrink_blocks smooth_blocks clean_up | new_block fit"
 )
+PLAY_MENU = (
+    "play_frames | speed_quarter speed_half speed_normal speed_double speed_fourfold speed_fastest | "
+    "play_loop play_completed play_recorded"
+)
 _TOOLS = " ".join(f"tool_{kind.name}" for kind in KINDS if not kind.inspects)
 _INSPECT = (
     f"{' '.join(f'tool_{kind.name}' for kind in KINDS if kind.inspects)} | remove_marks | save_profile "
@@ -141,6 +145,9 @@ def fill_menu_bar(
     bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], persistent: bool
 ) -> None:
     """Create all menus; `toggles` show and hide the docks. The colours of depth are restored if `persistent`."""
+    views.data.stage_actions = [actions[f"stage_{name}"] for name in STAGES]
+    for action, text in zip(views.data.stage_actions, STAGES.values(), strict=True):
+        action.setIconText(text)
     panels = actions.menu("Pa&nels", bar)
     panels.addActions(list(toggles))
     compare = actions.menu("Co&mpare two depths", bar, "compare_two swipe blink | swap_sides")
@@ -150,12 +157,15 @@ def fill_menu_bar(
         "panels": panels,
         "compare": compare,
         "view_set": _layout_menu(views, bar),
+        "play_live": actions.menu("Play &live", bar, "play_recording play_folder play_camera"),
+        "play": actions.menu("&Play the frames", bar, PLAY_MENU),
+        "propagation": actions.menu("Pr&opagation method", bar, "propagate_auto propagate_copied propagate_flow"),
         "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
         "depth_colours": _depth_map_menu(views, bar, persistent),
         "theme": _theme_menu(bar),
     }
     for name, menu in below.items():
-        actions.adopt(f"{name}_menu", menu.menuAction())
+        actions.adopt(f"{name}_menu", menu.menuAction(), "ph.play-circle" if name == "play_live" else "")
     for title, names in _MENUS.items():
         bar.addMenu(actions.menu(title, bar, names))
 

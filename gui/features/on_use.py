@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QPoint
+
 from ..base.commands import command
 from ..base.needs import Need
-from .context import Context, Feature
-from .filter import FilterPanel
+from .context import Feature
 
 if TYPE_CHECKING:
     from .export.feature import ExportFeature
@@ -16,12 +17,6 @@ if TYPE_CHECKING:
 
 class OnUseFeature(Feature):
     """The commands of features that are made on use."""
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        context.feature(FilterPanel).form.menu_requested.connect(
-            lambda name, place: self._sweep().show_menu(name, place)
-        )
 
     @command("sweep", "S&weep a parameter…", icon="ph.chart-bar", needs=Need.FRAME)
     def _open_sweep(self) -> None:
@@ -47,6 +42,10 @@ class OnUseFeature(Feature):
     def _ask_export_all(self) -> None:
         """Write the results of all frames of the list, or choose those worked on or marked as done."""
         self._export().ask(of_all=True)
+
+    def show_menu(self, name: str, place: QPoint) -> None:
+        """Show the menu of a parameter of the filter, which sweeps it."""
+        self._sweep().show_menu(name, place)
 
     def _sweep(self) -> SweepFeature:
         from .sweep.feature import SweepFeature

@@ -19,6 +19,7 @@ class Panel(Feature):
     """A panel of the window: a widget in a dock, drawn only while it is visible.
 
     A subclass declares the attributes, makes its widget in `make`, when it is first shown, and draws it in `refresh`.
+    One that is made `at_start` is open at the first start.
 
     Attributes
     ----------
@@ -30,8 +31,6 @@ class Panel(Feature):
         The parts of the state that it shows: it is drawn in the turn in which one of them changes.
     deferred : Part
         Those that change several times a second by themselves, as in a run: it is drawn when there is time.
-    open_at_first : bool
-        Whether it is open at the first start; it is made at once then.
     shows : str
         Other words for what it shows, by which it is found; "" for none.
     work : WorkRow
@@ -44,20 +43,32 @@ class Panel(Feature):
     group: ClassVar[PanelGroup | None]
     parts: ClassVar[Part]
     deferred: ClassVar[Part] = NO_PART
-    open_at_first: ClassVar[bool] = False
     shows: ClassVar[str] = ""
+
+    @classmethod
+    def declare(cls, context: Context) -> None:
+        super().declare(context)
+
+        def is_seen() -> bool:
+            panel = context.made(cls)
+            return panel is not None and (panel.visible or any(map(context.views.shows, cls.contents)))
+
+        def draw() -> None:
+            context.feature(cls).refresh(context.refresh.changed(cls.title))
+
+        context.refresh.add(cls.title, draw, cls.parts, cls.deferred, when=is_seen)
+        if cls.group is not None:
+            widget = context.feature(cls).widget if cls.at_start else Late(lambda: context.feature(cls).in_dock)
+            context.panels.add(cls.title, widget, cls.group, cls.icon, cls.at_start, cls.shows)
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        context.refresh.add(self.title, self._draw, self.parts, self.deferred)
-        if self.group is not None:
-            context.panels.add(self.title, self._in_dock(), self.group, self.icon, self.open_at_first, self.shows)
-        if self.open_at_first:
-            _ = self.widget
+        self.redraw()
 
-    def _in_dock(self) -> QWidget:
-        """Return what its dock contains."""
-        return self.widget if self.open_at_first else Late(lambda: self.widget)
+    @property
+    def in_dock(self) -> QWidget:
+        """What its dock contains."""
+        return self.widget
 
     @cached_property
     def work(self) -> WorkRow:
@@ -106,7 +117,3 @@ class Panel(Feature):
         elif watched is self.widget and event.type() == QEvent.Type.PaletteChange:
             self.redraw()
         return super().eventFilter(watched, event)
-
-    def _draw(self) -> None:
-        if self.visible:
-            self.refresh(self.context.refresh.changed(self.title))

@@ -101,7 +101,7 @@ class PresetBox(Themed, QWidget):
         self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.names.activated.connect(lambda _: self._choose(self.present))
         self.names.currentIndexChanged.connect(lambda _: context.actions.refresh())
-        commands = list(commands_of(self))
+        commands = list(commands_of(PresetBox, lambda: self))
         context.actions.add(commands)
         menu = context.actions.menu("", self, " ".join(command.name for command in commands))
         self._menu_button = menu_button(menu, "", "Save, rename, delete, import or export presets of your own")

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -50,7 +50,6 @@ _WAYS = {
     ),
 }
 """The propagation methods by their name in the library, with text and hint of the command that chooses one."""
-_COMMAND = "propagate_{}".format
 
 # The dialog: number of frames, method, and whether to replace existing work.
 
@@ -183,7 +182,6 @@ def _read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
 
 
 _MIN_TEXT_WIDTH = 120
-_HOW_KEY = "carrying/how"
 
 
 class PropagationFeature(Feature):
@@ -192,17 +190,17 @@ class PropagationFeature(Feature):
     One propagation runs at a time: each frame is opened and gets the blocks of the previous one as an undoable step.
     """
 
+    more_commands = tuple(
+        Command(
+            f"propagate_{how}", text, hint, group="propagate_how", on=how == "auto", remembered=f"propagation/{how}"
+        )
+        for how, (text, hint) in _WAYS.items()
+    )
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.run: PropagationRun | None = None
         """The propagation in progress; None for none."""
-        actions = context.actions
-        actions.add(
-            Command(
-                _COMMAND(how), text, hint, group="propagate_how", handler=partial(QSettings().setValue, _HOW_KEY, how)
-            )
-            for how, (text, hint) in _WAYS.items()
-        )
         self.label, self.work = PlainLabel(), WorkRow("propagation of blocks")
         self.label.setMinimumWidth(_MIN_TEXT_WIDTH)
         self.strip = QWidget()
@@ -212,15 +210,11 @@ class PropagationFeature(Feature):
         self.strip.hide()
         context.centre.add_strip(self.strip)
         self.work.cancelled.connect(self._stop)
-        menu = actions.menu("Pr&opagation method", context.window, " ".join(map(_COMMAND, _WAYS)))
-        actions.adopt("propagation_menu", menu.menuAction())
-        remembered = str(QSettings().value(_HOW_KEY))
-        actions[_COMMAND(remembered if remembered in _WAYS else "auto")].setChecked(True)
 
     @property
     def how(self) -> str:
         """The selected method."""
-        return next(how for how in _WAYS if self.context.actions[_COMMAND(how)].isChecked())
+        return next(how for how in _WAYS if self.context.actions[f"propagate_{how}"].isChecked())
 
     # commands
 
@@ -283,7 +277,7 @@ class PropagationFeature(Feature):
         dialog = PropagateDialog(entries[row].name, names, self.how, self.context.window)
 
         def take() -> None:
-            self.context.actions[_COMMAND(dialog.how.currentData())].trigger()
+            self.context.actions[f"propagate_{dialog.how.currentData()}"].trigger()
             self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
 
         open_once(dialog, take)

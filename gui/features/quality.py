@@ -184,11 +184,8 @@ class QualityPanel(Panel):
         )
         for changed in (self.context.editor.hint_changed, self.context.editor.tool_changed):
             changed.connect(lambda *_: self._show_remedy())
-        return widget
-
-    def begin(self) -> None:
-        """Connect the key that applies the remedy, unless the tool needs it, as its hint says."""
         self.context.feature(ToolsFeature).keys.on_enter = lambda: self.visible and self.apply()
+        return widget
 
     @command("next_check", "Next &quality check", icon="ph.crosshair", keys="F8", needs=Need.FRAME)
     def _next(self) -> None:

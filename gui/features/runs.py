@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from weakref import WeakSet
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QToolButton
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import command, keys_text
+from ..base.commands import Command, command, keys_text
 from ..base.needs import Need, sentence
 from ..state.document import Document
 from ..state.parts import Part
 from ..work.frame_runs import LiveSolver, RunState
 from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
+from .run_history.panel import RunsPanel
 
-_LIVE_KEY = "live"
+_LIVE = "Complete blocks again after each edit and each change of the filter's parameters, the selected ones first"
 
 
 class RunsFeature(Feature):
     """The commands of runs."""
+
+    at_start = True
+    more_commands = (
+        Command("live", "&Live", _LIVE, "ph.lightning", "Ctrl+Shift+L", checkable=True, on=True, remembered="live"),
+    )
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -30,9 +36,8 @@ class RunsFeature(Feature):
         self._waiting = WeakSet[Document]()
         """Frames that run once their blocks are extracted."""
         context.loader.busy_changed.connect(self._run_waiting)
-        self._pause, live = context.actions["pause"], context.actions["live"]
-        live.setChecked(bool(QSettings().value(_LIVE_KEY, True, type=bool)))
-        self.live = LiveSolver(workspace, runs, live)
+        self._pause = context.actions["pause"]
+        self.live = LiveSolver(workspace, runs, context.actions["live"])
         self._rest = QToolButton()
         self._rest.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._rest.setToolTip(
@@ -42,6 +47,8 @@ class RunsFeature(Feature):
         later = Part.RESULTS | Part.SOME_RESULTS | Part.RUNNING
         context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
         context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING | Part.LOADING)
+        first = Qt.ConnectionType.SingleShotConnection  # it keeps the history from the first run on
+        runs.state_changed.connect(lambda: context.feature(RunsPanel), first)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
 
@@ -63,11 +70,6 @@ class RunsFeature(Feature):
         is_are = "is" if len(stale) == 1 else "are"
         keys = keys_text(self.context.actions["run"].shortcuts())
         self._rest.setText(f"{counted(len(stale), 'block')} {is_are} stale: run" + (f" ({keys})" if keys else ""))
-
-    @command("live", "&Live", icon="ph.lightning", keys="Ctrl+Shift+L", checkable=True)
-    def _remember_live(self, on: bool) -> None:
-        """Complete blocks again after each edit and each change of the filter's parameters, the selected ones first."""
-        QSettings().setValue(_LIVE_KEY, on)
 
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
     def _run_all(self) -> None:

@@ -10,10 +10,11 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
 
-from ..base.commands import command, commands_of
+from ..base.commands import command
 from ..base.needs import Need
+from ..state.parts import Part
 from ..widgets.basics import combo, command_button, lay_out
-from .context import Context
+from .panel import Panel
 
 
 class Sharing(StrEnum):
@@ -31,23 +32,24 @@ _HINTS = {
 }
 
 
-class SharingRow(QWidget):
-    """Row that shows which frames the parameters apply to, and changes it; every change is one undoable step of the
-    current frame."""
+class SharingPanel(Panel):
+    """The row of the filter panel that shows which frames the parameters apply to, and changes it; every change is one
+    undoable step of the current frame."""
 
-    def __init__(self, context: Context) -> None:
-        super().__init__()
-        self._workspace, self._notes = context.workspace, context.notes
-        texts = {sharing: sharing.value for sharing in Sharing}
-        self.box = combo(texts, name="Frames that the parameters apply to")
+    title, icon, group = "Sharing", "ph.share-network", None
+    parts = Part.FRAME | Part.LIST | Part.PARAMETERS
+
+    def make(self) -> QWidget:
+        """Make the row; the buttons are for a frame with parameters of its own."""
+        self.box = combo({sharing: sharing.value for sharing in Sharing}, name="Frames that the parameters apply to")
         for number, sharing in enumerate(Sharing):
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
-        context.actions.add(commands_of(self))
-        self._buttons = [command_button(context.actions[name]) for name in ("share_parameters", "reset_to_shared")]
-        lay_out(QHBoxLayout(self), self.box, *self._buttons, spacing=2, stretched=self.box)
-        for button in self._buttons:
-            button.hide()
+        actions = self.context.actions
+        self._buttons = [command_button(actions[name]) for name in ("share_parameters", "reset_to_shared")]
+        row = QWidget()
+        lay_out(QHBoxLayout(row), self.box, *self._buttons, spacing=2, stretched=self.box)
+        return row
 
     @command(
         "keep_own_parameters",
@@ -58,19 +60,19 @@ class SharingRow(QWidget):
     )
     def _keep_own(self) -> None:
         """Give this frame its own filter parameters: changes for all frames do not affect them."""
-        self._workspace.parameters.keep_own()
+        self.context.workspace.parameters.keep_own()
 
     @property
     def present(self) -> Sharing:
         """Which frames share the parameters of the current one."""
-        workspace = self._workspace
+        workspace = self.context.workspace
         if not workspace.parameters.shared.on:
             return Sharing.EACH
         own = workspace.has_current and workspace.current.state.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
-    def show_present(self) -> None:
-        """Show which frames share the parameters; the buttons are for a frame with parameters of its own."""
+    def refresh(self, parts: Part) -> None:
+        """Show which frames share the parameters."""
         sharing = self.present
         self.box.setCurrentIndex(self.box.findData(sharing))
         self.box.setToolTip(_HINTS[sharing])
@@ -79,7 +81,7 @@ class SharingRow(QWidget):
             model.item(self.box.findData(Sharing.ALONE)).setEnabled(sharing is not Sharing.EACH)
         for button in self._buttons:
             button.setVisible(sharing is Sharing.ALONE)
-        self.setEnabled(self._workspace.has_current)
+        self.widget.setEnabled(self.context.workspace.has_current)
 
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""
@@ -97,11 +99,11 @@ class SharingRow(QWidget):
     )
     def _share(self) -> None:
         """Use this frame's filter parameters for all frames in the list, now and after each change."""
-        others = self._workspace.parameters.share()
+        others = self.context.workspace.parameters.share()
         text = "All frames share the parameters of the filter now."
         if others:
             text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
-        self._notes.show_message(text)
+        self.context.notes.show_message(text)
 
     @command(
         "reset_to_shared",
@@ -112,11 +114,11 @@ class SharingRow(QWidget):
     )
     def _reset(self) -> None:
         """Reset this frame to the filter parameters that all frames share."""
-        name, parameters = self._workspace.current.name, self._workspace.parameters
+        name, parameters = self.context.workspace.current.name, self.context.workspace.parameters
         changed = parameters.current != parameters.shared.values
         parameters.reset_to_shared()
         if changed:
-            self._notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
+            self.context.notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
 
     def _why_separate(self) -> str:
         return self._why_not(self.present, "")
@@ -124,9 +126,9 @@ class SharingRow(QWidget):
     @command("separate_parameters", "Separa&te parameters for each frame", needs=Need.FRAME, why_off=_why_separate)
     def _separate(self) -> None:
         """Set filter parameters for each frame separately; all frames keep their current parameters."""
-        self._workspace.parameters.separate()
-        if any(entry.document is None and entry.has_state for entry in self._workspace.entries):
-            self._notes.show_message("Frames that are not open keep their last parameters.")
+        self.context.workspace.parameters.separate()
+        if any(entry.document is None and entry.has_state for entry in self.context.workspace.entries):
+            self.context.notes.show_message("Frames that are not open keep their last parameters.")
 
     def _why_not(self, needed: Sharing, otherwise: str) -> str:
         if self.present is Sharing.EACH:

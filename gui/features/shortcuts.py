@@ -317,13 +317,18 @@ class _KeysField(QKeySequenceEdit):
 class ShortcutsFeature(Feature):
     """Applies the user's keyboard shortcuts, opens the dialog to change them, and the command palette."""
 
-    keymap: Keymap
-    """Made when all commands exist."""
+    at_start = True
 
     def begin(self) -> None:
-        """Create the keymap."""
-        self.keymap = Keymap(self.context.window, self.context.panels.persistent)
+        """Apply the user's keys, if there are any."""
+        if self.context.panels.persistent and _KEY in QSettings().childGroups():
+            _ = self.keymap
         self.context.feature(ToolsFeature).keys.on_unused = self._tell_off
+
+    @cached_property
+    def keymap(self) -> Keymap:
+        """The keys of all commands, made when the first of the user's is stored or may be chosen."""
+        return Keymap(self.context.window, self.context.panels.persistent)
 
     def _tell_off(self, event: QKeyEvent) -> bool:
         """Say why a command cannot be used if its keys are pressed."""

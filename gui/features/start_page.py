@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,10 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
 
 from ..base import theme
+from ..base.paths import contains_frames
 from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
-from .documents.frame_files import contains_frames
 from .documents.recent import Origin, key_of, name_of
 from .frame_list.thumbnails import Thumbnails, read_thumbnail, stored_thumbnail
 
@@ -64,8 +64,6 @@ class StartPage(Themed, QWidget):
 
     def __init__(self, actions: Iterable[QAction], open: Callable[[Origin], object]) -> None:
         super().__init__()
-        self.thumbnails = Thumbnails(self)
-        self.thumbnails.arrived.connect(self._take_theme)
         buttons = QGridLayout()
         buttons.setSpacing(8)
         for number, action in enumerate(actions):
@@ -114,6 +112,12 @@ class StartPage(Themed, QWidget):
         row.addWidget(middle, 100)
         row.addStretch(1)
         self._take_theme()
+
+    @cached_property
+    def thumbnails(self) -> Thumbnails:
+        thumbnails = Thumbnails(self)
+        thumbnails.arrived.connect(self._take_theme)
+        return thumbnails
 
     def show_recent(self, origins: Iterable[Origin]) -> None:
         """List what can be opened again."""
@@ -181,15 +185,14 @@ def _heading() -> QHBoxLayout:
 class StartPageFeature(Feature):
     """Shows the start page while no frame is open."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._documents = context.feature(DocumentsFeature)
         self.page = StartPage([context.actions[name] for name in _COMMANDS], self._documents.open_again)
         self.page.shown.connect(self.show)
-
-    def begin(self) -> None:
-        """Put the page into its place."""
-        self.context.views.set_empty_page(self.page)
+        context.views.set_empty_page(self.page)
 
     def show(self) -> None:
         """List what was opened last."""

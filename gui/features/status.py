@@ -90,6 +90,8 @@ _NO_FRAME = "Open a frame with the menu File, or drop its files here"
 class StatusFeature(Feature):
     """Hint and progress in the status bar, and the readout of the pixel under the cursor."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._workspace = context.workspace

@@ -19,18 +19,20 @@ from ..tools.kinds import KINDS
 from ..tools.options_row import OptionsRow
 from ..views.interaction import PointerEvent
 from .context import Context, Feature
+from .inspect.panel import TOOLS, InspectPanel
 
 
 class ToolsFeature(Feature):
     """Connects the editor, which hosts the tools, with the window."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._editor = editor = context.editor
         actions, notes = context.actions, context.notes
-        names = Command(
-            "only_icons", "Tools &without names", "Leave out the names beside the icons of the tools", checkable=True
-        )
+        hint, key = "Leave out the names beside the icons of the tools", "views/only_icons"
+        names = Command("only_icons", "Tools &without names", hint, checkable=True, remembered=key)
         actions.add((*self._choices(), names))
         self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
@@ -123,6 +125,8 @@ class ToolsFeature(Feature):
         if not self._editor.tools[name].points_only:
             self.context.centre.show_images()
             self.context.views.active.view.setFocus()
+        if name in TOOLS:
+            self.context.feature(InspectPanel).reveal_page(TOOLS.index(name))
 
     def _point(self, event: PointerEvent) -> bool:
         self.context.refresh.now()  # the pointer event refers to what is drawn

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+from PySide6.QtCore import QSettings
 
 from ilf.data.blocks import bounds
 
@@ -12,11 +13,15 @@ from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
+from ..views.colours import DEPTH_MAP
 from ..views.layouts import COMPARE
 from ..views.shown_blocks import BLOCK_PARTS
 from ..views.view_data import ALL_READ, ALL_READ_LATER
 from ..views.view_menus import ViewBar
 from .context import Context, Feature
+
+_TOLD_KEY = "depth_colours/told"
+_ABOUT_MAP = f"Depth is drawn in {DEPTH_MAP}, which colour-blind people can read. Others are in View › Depth colours."
 
 
 class ViewsFeature(Feature):
@@ -25,6 +30,8 @@ class ViewsFeature(Feature):
     The zoom of a frame is restored when it is shown again. Zooms last as long as the window: another one may have
     another size, so it begins with the whole frame.
     """
+
+    at_start = True
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -51,6 +58,23 @@ class ViewsFeature(Feature):
         )
         refresh.add("blink", partial(blink.setChecked, False), edits)
         views.sheet.layoutChanged.connect(self._follow_layout)
+        refresh.add("depth in", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
+        if context.panels.persistent:
+            refresh.add("depth colours", self._tell_map, Part.FRAME)
+
+    def _tell_map(self) -> None:
+        """In the first frame of a first start, say how depth is coloured."""
+        if self._workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
+            QSettings().setValue(_TOLD_KEY, True)
+            self.context.notes.offer(_ABOUT_MAP)
+
+    def _put_back(self) -> None:
+        """Show depth in again where there is none of the additional depth that its view has shown."""
+        if self._workspace.has_current:
+            frame = self._workspace.current.frame
+            gone = {"guide": frame.guide is None, "from_neighbours": frame.from_neighbours is None}
+            if gone.get(self._views.contents()["depth-in"]):
+                self._views.set_content("depth-in", "depth-in")
 
     def _remember_zoom(self) -> None:
         if self._shown is not None:
@@ -78,13 +102,25 @@ class ViewsFeature(Feature):
         """Show blocks as outlines with a band of their colour, without fill."""
         self._views.blocks.set_contours_only(on)
 
-    @command("block_names", "Block &names", icon="ph.text-t", keys="Ctrl+Shift+T", checkable=True)
+    @command(
+        "block_names",
+        "Block &names",
+        icon="ph.text-t",
+        keys="Ctrl+Shift+T",
+        checkable=True,
+        remembered="views/block_names",
+    )
     def _show_names(self, on: bool) -> None:
         """Show the names of the blocks over the images."""
         self._views.blocks.show_names(on)
 
     @command(
-        "show_missing", "&Missing depth over colour", icon="ph.selection-slash", keys="Ctrl+Shift+H", checkable=True
+        "show_missing",
+        "&Missing depth over colour",
+        icon="ph.selection-slash",
+        keys="Ctrl+Shift+H",
+        checkable=True,
+        remembered="views/show_missing",
     )
     def _show_missing(self, on: bool) -> None:
         """Stripe the colour image where depth is missing."""

@@ -85,6 +85,8 @@ class FrameLoader(QObject):
         self.store = store
         self.replace: Callable[[Sequence[Entry], Callable[[], None]], None] = lambda entries, then: then()
         """Prepares removal of frames that are read again: calls `then` unless the user cancels."""
+        self.times: dict[str, float] = {}
+        """Key of a frame -> its time [s], where its list has told it."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
         for line in self._lines:
             line.changed.connect(self.busy_changed)
@@ -157,6 +159,7 @@ class FrameLoader(QObject):
             yield partial(self.replace, others)
         workspace.remove_entries(others)
         workspace.add_entries([entry for entry in found if entries.of_key(entry.key) is None])
+        self.times |= dict(zip(options, listing.times, strict=False))
         self.listed.emit(how, listing)
         first = entries.of_key(found[0].key)
         if show and first is not None:

@@ -31,6 +31,7 @@ class Refresh(QObject):
         self._parts: dict[str, tuple[Part, Part]] = {}
         self._changed: dict[str, Part] = {}
         """What has changed since something was drawn last."""
+        self._names: list[str] = []
         self._draw: dict[str, Callable[[], None]] = {}
         self._seen: dict[str, Callable[[], bool]] = {}
         self._stale: set[str] = set()
@@ -50,7 +51,7 @@ class Refresh(QObject):
         also: tuple[SignalInstance, ...] = (),
         when: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Add something to be drawn.
+        """Add something to be drawn, for the first time at the next turn.
 
         Parameters
         ----------
@@ -63,12 +64,14 @@ class Refresh(QObject):
         when : callable
             Returns whether it is seen; it is not drawn otherwise, and who shows it marks it.
         """
+        self._names.append(name)
         self._draw[name] = draw
         self._seen[name] = when
         self._changed[name] = EVERY_PART
         self._parts[name] = on, deferred_on
         for signal in also:
             signal.connect(lambda *_: self.mark(name))
+        self.mark(name)
 
     def changed(self, name: str) -> Part:
         """Return what has changed since this was asked last, for one that draws only that."""
@@ -86,11 +89,6 @@ class Refresh(QObject):
     def now(self) -> None:
         """Draw now what would be drawn at the next turn."""
         self._workspace.tell()
-
-    def draw_all(self) -> None:
-        """Draw every part, as at the start."""
-        self.mark(*self._draw)
-        self.now()
 
     def stop(self) -> None:
         """Stop drawing permanently."""
@@ -110,12 +108,12 @@ class Refresh(QObject):
             self._stale |= self._deferred
             self._deferred.clear()
         try:
-            for name, draw in tuple(self._draw.items()):  # what is shown for the first time adds some
+            for name in self._names:  # also those that are added meanwhile, by what is shown for the first time
                 if name in self._stale:
                     self._stale.discard(name)
                     self._deferred.discard(name)
                     if self._seen[name]():
-                        draw()
+                        self._draw[name]()
         finally:
             if due:
                 ended = time.perf_counter()

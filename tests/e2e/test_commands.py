@@ -30,7 +30,7 @@ class _Counter(Feature):
 
 def test_a_new_command_is_one_method(window, opened, qtbot):
     _DONE.clear()
-    _Counter(opened.context)
+    opened.context.add(_Counter)
     opened.actions_.refresh()
     activate(opened, qtbot)
     opened.workspace.select([])

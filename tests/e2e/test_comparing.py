@@ -133,7 +133,7 @@ def test_blocks_of_side_a_are_shown_with_it_an_edit_brings_the_present_back_and_
     window.refresh.now()
     assert [views.data.names.get(side, side) for side in views.data.sides] == ["Best", "result"]
     workspace.accept_run(kept)
-    window.refresh.draw_all()
+    window.refresh.now()
     assert views.data.sides == ("run-1", "result")
     assert views.data.result_number == kept.number
 

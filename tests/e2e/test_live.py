@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QSlider
 
 import ilf
@@ -12,6 +11,8 @@ from gui.features.filter import FilterPanel
 from gui.state.parts import Part
 from gui.work.frame_runs import RunState
 from ilf.data.results import BlockResult
+
+from .conftest import open_frame
 
 
 @pytest.fixture
@@ -78,7 +79,10 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
 
 
-def test_with_live_off_nothing_runs_and_the_choice_is_remembered(opened, qtbot, run_all):
+def test_with_live_off_nothing_runs_and_the_choice_is_remembered(another, qtbot, run_all, frame_folder):
+    opened = another(persistent=True)
+    open_frame(opened, qtbot, frame_folder)
+    opened.workspace.parameters.set(ilf.preset("paper"))
     run_all(opened)
     workspace = opened.workspace
     chosen = next(iter(workspace.current.counts()))
@@ -89,7 +93,7 @@ def test_with_live_off_nothing_runs_and_the_choice_is_remembered(opened, qtbot, 
     assert opened.runs.state is RunState.IDLE
     assert _results(opened) == before
     assert _states(opened)[chosen] == "values changed"
-    assert QSettings().value("live", True, type=bool) is False
+    assert not another(persistent=True).actions_.is_on("live")
     _slider(opened, "padding").setValue(4)
     assert _states(opened)[chosen] == "completed", "the values are those of the result again"
 

@@ -1,11 +1,17 @@
-"""Panels: a new one is one class; and what changes is drawn once."""
+"""Panels: a new one is one class, made when it is first used; and what changes is drawn once."""
 
 from collections.abc import Generator
 
 import numpy as np
-from PySide6.QtWidgets import QLabel, QWidget
+import pytest
+from PySide6.QtWidgets import QDockWidget, QLabel, QWidget
 
+from gui.features.additional_depth import AdditionalDepthPanel
+from gui.features.extraction import ExtractionPanel
+from gui.features.inspect.panel import InspectPanel
 from gui.features.panel import Panel
+from gui.features.quality import QualityPanel
+from gui.features.sharing import SharingPanel
 from gui.state.parts import Part
 from gui.widgets.docks import PanelGroup
 
@@ -39,8 +45,9 @@ def _count_missing(depth) -> Generator[float, None, int]:
 
 
 def test_a_new_panel_is_one_class(opened, qtbot):
-    panel = _Missing(opened.context)
-    opened.refresh.draw_all()
+    opened.context.add(_Missing)
+    panel = opened.feature(_Missing)
+    opened.refresh.now()
     assert not panel.made, "a closed panel is not even made"
     panel.reveal()
     missing = int(np.count_nonzero(~np.isfinite(opened.workspace.current.frame.depth)))
@@ -57,6 +64,29 @@ def test_a_new_panel_is_one_class(opened, qtbot):
     panel.reveal()
     opened.refresh.now()
     assert panel.drawn == [Part.SELECTION] * 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "command"),
+    [
+        (AdditionalDepthPanel, "use_neighbours"),
+        (ExtractionPanel, "stage_blocks"),
+        (InspectPanel, "tool_profile"),
+        (QualityPanel, "next_check"),
+        (SharingPanel, "share_parameters"),
+    ],
+)
+def test_a_panel_is_made_when_one_of_its_commands_is_first_used(opened, kind, command):
+    assert opened.context.made(kind) is None
+    opened.actions_[command].trigger()
+    assert opened.context.made(kind) is not None
+
+
+@pytest.mark.parametrize("title", ["Accuracy", "Quality", "Range"])
+def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, title):
+    opened.panels.reveal(title)
+    opened.refresh.now()
+    assert any(label.text() for label in opened.findChild(QDockWidget, title).findChildren(QLabel))
 
 
 def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkeypatch):

@@ -14,7 +14,7 @@ from gui.features.filter import FilterPanel
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation import PropagateDialog, PropagationFeature
 from gui.features.quality import QualityPanel
-from gui.features.sharing import Sharing
+from gui.features.sharing import Sharing, SharingPanel
 from gui.state.document import Document
 from gui.state.entries import Entry
 from gui.state.parts import Part
@@ -277,7 +277,7 @@ def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
 
 
 def test_values_for_all_frames_or_for_one(listed, part, qtbot):
-    window, workspace, row = listed, listed.workspace, listed.feature(FilterPanel).frames
+    window, workspace, row = listed, listed.workspace, listed.feature(SharingPanel)
     first = workspace.current
     second = propagate_state(window, part, qtbot, "propagate_next")
     assert row.box.currentText() == Sharing.EACH
@@ -286,14 +286,16 @@ def test_values_for_all_frames_or_for_one(listed, part, qtbot):
     window.feature(FilterPanel).set_values({"smoothness": 3.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALL
-    assert not any(button.isVisible() for button in row.findChildren(QToolButton))
+    assert not any(button.isVisible() for button in row.widget.findChildren(QToolButton))
     assert first.state.common.smoothness == 3.0
     assert window.actions_["undo"].text() == "Undo Set Smoothness for all frames"
     row.choose(Sharing.ALONE)
     window.feature(FilterPanel).set_values({"smoothness": 5.0})
     window.refresh.now()
     assert row.box.currentText() == Sharing.ALONE
-    offered = [button.defaultAction().objectName() for button in row.findChildren(QToolButton) if button.isVisible()]
+    offered = [
+        button.defaultAction().objectName() for button in row.widget.findChildren(QToolButton) if button.isVisible()
+    ]
     assert offered == ["share_parameters", "reset_to_shared"], "only a frame with parameters of its own has them"
     assert (first.state.common.smoothness, second.state.common.smoothness) == (3.0, 5.0)
     assert window.actions_["undo"].text() == "Undo Set Smoothness"

@@ -17,7 +17,8 @@ def test_the_views_look_back_and_return(opened, qtbot, run_all):
     run_all(opened)
     opened.panels._show([*opened.panels.open, "Convergence"])
     document, bar = opened.workspace.current, opened.feature(CurvesFeature).widget.scrub_bar
-    opened.refresh.draw_all()
+    opened.refresh.mark("Convergence")
+    opened.refresh.now()
     present = document.current_depth().copy()
     lengths = {label: len(result.history) for label, result in document.valid_results().items()}
     assert bar.last == max(lengths.values()) > 3

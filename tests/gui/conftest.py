@@ -50,9 +50,10 @@ def views(bench, qtbot):
 def context(bench, views):
     """What features of the bench may use: its state and runs, views, and commands; the rest is not there."""
     actions = Actions(views, lambda: NOTHING)
-    actions.add([Command("live", "Live", "Solve blocks after edits", checkable=True)])
-    actions["live"].setChecked(True)
-    yield Mock(window=views, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions)
+    actions.add([Command("live", "Live", "Solve blocks after edits", checkable=True, on=True)])
+    context = Mock(window=views, workspace=bench.workspace, runs=bench.runs, views=views, actions=actions, features=[])
+    context.feature = lambda kind: next((one for one in context.features if isinstance(one, kind)), Mock())
+    yield context
     assert stop_workers(views)
 
 
@@ -65,6 +66,7 @@ def live(context):
 @pytest.fixture
 def summary(context):
     """The summary of edits."""
+    EditSummaryFeature.declare(context)
     summary = EditSummaryFeature(context)
     summary.line.resize(1200, 24)
     return summary

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from weakref import WeakValueDictionary
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,21 +13,24 @@ from numpy.typing import NDArray
 from ilf.data.results import BlockResult
 from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 
+from ...base.needs import Need
 from ...state.blocks import GROUND_TRUTH, HOLD_OUT, BlockErrors
 from ...state.document import Document
 from ...state.parts import Part
 from ..context import Context, Feature
-from .panel import AccuracyPanel
+from .hold_out import HoldOutOutcome
 
 
 class BlockErrorsFeature(Feature):
     """Keeps the errors of the blocks up to date."""
 
     what = "evaluation against ground truth"
+    awaits = Need.RESULTS
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._accuracy = context.feature(AccuracyPanel)
+        self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
+        """The last hold-out test of each frame."""
         self._found: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """The errors against ground truth, and their frame."""
         self._of: NDArray[np.float32] | None = None
@@ -64,7 +67,7 @@ class BlockErrorsFeature(Feature):
         if not workspace.has_current:
             return
         document = workspace.current
-        outcome = self._accuracy.outcomes.get(document)
+        outcome = self.outcomes.get(document)
         if document.frame.ground_truth is not None:
             of, found = self._found
             of_document = found if of is document else {}

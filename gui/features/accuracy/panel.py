@@ -34,6 +34,7 @@ from ...widgets.row_table import NumberTable
 from ...work.latest_request import LatestRequest
 from ..context import Context
 from ..panel import Panel
+from .block_errors import BlockErrorsFeature
 from .evaluation import (
     GROUND_TRUTH_COLUMNS,
     AreaErrors,
@@ -78,8 +79,8 @@ class AccuracyPanel(Panel):
     what = "hold-out test"
 
     def __init__(self, context: Context) -> None:
-        self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
         super().__init__(context)
+        self.outcomes = context.feature(BlockErrorsFeature).outcomes
         self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._reader = LatestRequest(self)
         self._expected: ExpectedErrors = WeakKeyDictionary()

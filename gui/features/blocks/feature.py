@@ -103,13 +103,12 @@ _COLOURS = 1000
 class BlocksFeature(Panel):
     """The table of blocks, the commands on the selected ones, and both context menus."""
 
-    title, icon, group, open_at_first = "Blocks", "ph.stack", PanelGroup.WORK, True
+    title, icon, group, at_start = "Blocks", "ph.stack", PanelGroup.WORK, True
     parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.RUNNING
     parts |= Part.BLOCK_ERRORS
     deferred = Part.SOME_RESULTS | Part.RECORDS
 
     def __init__(self, context: Context) -> None:
-        self._commands = context.feature(BlockCommands)
         super().__init__(context)
         context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
@@ -153,7 +152,7 @@ class BlocksFeature(Panel):
         The block there is selected; the block that was selected before can take over that block or a piece of it.
         """
         menu = self.context.actions.menu("", self.context.views)
-        for text, act in self._commands.offers(x, y):
+        for text, act in self.context.feature(BlockCommands).offers(x, y):
             menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
         self.context.actions.fill(menu, f"| {BLOCK_MENU}")
         return menu

@@ -16,11 +16,12 @@ from ilf.io.block_files import BLOCK_FORMATS, write_blocks
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
+from ilf.sources.listing import Listing
 from ilf.sources.named_places import note_opened
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...base.paths import sort_paths
+from ...base.paths import contains_frames, sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
@@ -28,7 +29,7 @@ from ...widgets.file_choice import ask_path, save_folder
 from ...work.latest_request import LatestRequest
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
-from .frame_files import Kind, contains_frames
+from .frame_files import Kind
 from .recent import Origin, RecentMenu
 
 _NO_RESULT = (
@@ -40,6 +41,8 @@ _TOO_MANY = "Only one colour file and its depth file can be opened at a time. Fo
 
 class DocumentsFeature(Feature):
     """Opening and writing of files, and the menu of what was opened last."""
+
+    at_start = True
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
@@ -59,7 +62,7 @@ class DocumentsFeature(Feature):
     def begin(self) -> None:
         """Tell about what was opened and about runs, after the features that react to them."""
         loader = self._loader
-        loader.listed.connect(self.recent.note)
+        loader.listed.connect(self._tell_listed)
         loader.replayed.connect(self._tell_differences)
         self.context.runs.finished.connect(self._tell_verdict)
 
@@ -193,6 +196,11 @@ class DocumentsFeature(Feature):
             if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
         self._noted = set(open_now)
+
+    def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
+        self.recent.note(how)
+        text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
+        self._notes.show_message(" ".join((text, *listing.notes)))
 
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""

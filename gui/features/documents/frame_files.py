@@ -24,14 +24,14 @@ from ilf.io.images import read_colour
 from ilf.project.file import open_project
 from ilf.project.recorded_frames import measured_frame
 from ilf.run.record import read_record
-from ilf.sources.frame_folder import frame_folder, is_frame_folder
+from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
 from ilf.sources.listing import list_frames
 from ilf.sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from ilf.sources.opening import is_recording, recording_suffixes
+from ilf.sources.opening import recording_suffixes
 from ilf.sources.reading import described_beside, read_depth, read_frame
 
-from ...base.paths import PROJECT_SUFFIX
+from ...base.paths import PROJECT_SUFFIX, contains_frames
 
 # What a path is, by names only.
 
@@ -54,11 +54,6 @@ def kind_of(path: str) -> Kind:
     if Path(path).is_dir():
         return Kind.RUN if is_result_folder(FrameRef(path)) else Kind.FRAME
     return Kind.RUN if Path(path).suffix.lower() == ".json" else Kind.PAIR
-
-
-def contains_frames(path: str) -> bool:
-    """Return whether a path is a folder of frames or a recording; a single frame's folder is not."""
-    return is_recording(path) or (Path(path).is_dir() and not is_frame_folder(path))
 
 
 # Filters of file dialogs, and pairs of files by their usual names.

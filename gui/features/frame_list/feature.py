@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QSettings, QUrl
+from PySide6.QtCore import QEvent, QObject, QPoint, QUrl
 from PySide6.QtGui import QDesktopServices, QGuiApplication
-from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QVBoxLayout, QWidget
 
-from ilf._runtime.formatting import counted
 from ilf.project.project import Stage
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.listing import Listing
 
 from ...base import theme
-from ...base.commands import command
+from ...base.commands import Command, command
 from ...base.needs import Need
 from ...state.entries import Entry
 from ...state.parts import Part
@@ -33,6 +30,10 @@ _HEIGHT_SHARE = 0.0375
 _HEIGHTS = 30, 60
 """Height of the strip: share of the window's height, minimum and maximum [px]."""
 _KEY = "frames/film_strip"
+_STRIP = (
+    "Show the frames under the images while there are several and their panel is closed; the bar has the colour of the "
+    "state"
+)
 
 
 class FramesFeature(Panel):
@@ -43,6 +44,10 @@ class FramesFeature(Panel):
     group = PanelGroup.WORK
     parts = Part.FRAME | Part.LABELS | Part.RESULTS
     deferred = Part.LIST | Part.CONTENT | Part.SOME_RESULTS
+    awaits = Need.OTHERS
+    more_commands = (
+        Command("film_strip", "Film &strip", _STRIP, "ph.film-strip", checkable=True, on=True, remembered=_KEY),
+    )
 
     _wanted: Entry | None = None
     """The frame that is being opened; *Next frame* continues from it."""
@@ -55,40 +60,41 @@ class FramesFeature(Panel):
         super().__init__(context)
         self.open_frames = OpenFrameLimiter(context)
         context.workspace.on(Part.FRAME, self._forget_wanted)
-        panel = self.panel
+        self.panel = panel = FramesPanel(context.recorder.store.thumbnail)
         panel.model.noted.connect(context.workspace.set_note)
         panel.view.opened.connect(self.open)
         panel.view.note_requested.connect(self._note)
         panel.view.removal_requested.connect(self.remove)
         panel.view.customContextMenuRequested.connect(self._show_menu)
-        context.loader.listed.connect(self._tell_listed)
+        self.dock, self.bar = QWidget(), QWidget()
+        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), panel)
+        self.bar.hide()
+        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
+        also = (context.actions["film_strip"].toggled,)
+        context.refresh.add("film strip", self._find_place, Part.LIST, also=also)
+        self.dock.installEventFilter(self)
+        _ = self.widget  # in one of its shapes
 
     def make(self) -> QWidget:
-        """Make the list, which is visible in one of its shapes."""
-        self.panel = FramesPanel(self.context.recorder.store.thumbnail)
         return self.panel
 
     # its two places
 
-    def _in_dock(self) -> QWidget:
-        """Return what the dock contains. While that is closed, the list is in a bar under the images."""
-        context, _ = self.context, self.widget
-        self.dock, self.bar = QWidget(), QWidget()
-        self._in_place, self._in_bar = lay_out(QVBoxLayout(self.dock)), lay_out(QVBoxLayout(self.bar), self.panel)
-        self.bar.hide()
-        context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
-        strip = context.actions["film_strip"]
-        strip.setChecked(not context.panels.persistent or QSettings().value(_KEY, True, bool) is True)
-        context.refresh.add("film strip", self._find_place, Part.LIST, also=(strip.toggled,))
-        self.dock.installEventFilter(self)
+    @property
+    def in_dock(self) -> QWidget:
+        """What the dock contains. While that is closed, the list is in a bar under the images."""
         return self.dock
 
     def _find_place(self) -> None:
         """Move the list to where it belongs, and show or hide the strip."""
         context, docked = self.context, self.title in self.context.panels.open  # also behind another tab
         if self.panel.parentWidget() is not (self.dock if docked else self.bar):
+            focused = QApplication.focusWidget()
+            had_focus = focused is not None and self.panel.isAncestorOf(focused)
             (self._in_place if docked else self._in_bar).addWidget(self.panel)
             self.panel.show()  # at once: it may be given the focus
+            if had_focus and not docked:
+                context.views.active.view.setFocus()
         least, most = _HEIGHTS
         self.panel.set_bar(0 if docked else min(max(round(_HEIGHT_SHARE * context.window.height()), least), most))
         shown = not docked and len(context.workspace.entries) > 1 and context.actions.is_on("film_strip")
@@ -102,13 +108,6 @@ class FramesFeature(Panel):
         if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
             self._find_place()
         return super().eventFilter(watched, event)
-
-    @command("film_strip", "Film &strip", icon="ph.film-strip", checkable=True)
-    def _keep_strip(self, on: bool) -> None:
-        """Show the frames under the images while there are several and their panel is closed; the bar has the colour of
-        the state."""
-        if self.context.panels.persistent:
-            QSettings().setValue(_KEY, on)
 
     @command("next_frame", "&Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
     def _next(self) -> None:
@@ -228,10 +227,6 @@ class FramesFeature(Panel):
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
         self.context.feature(ProjectFeature).ask_remove(entries, remove)
-
-    def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
-        text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
-        self.context.notes.show_message(" ".join((text, *listing.notes)))
 
     def _show_menu(self, at: QPoint) -> None:
         chosen = self.panel.view.chosen()

@@ -41,6 +41,9 @@ from .statistics import COLUMNS, Mask, metres, statistics_of
 PROFILE, STATISTICS, MEASUREMENTS = range(3)
 """The pages."""
 
+TOOLS = "profile", "rectangle", "measure"
+"""The tools of the pages."""
+
 _DEPTH = Part.DEPTH | Part.SOME_RESULTS | Part.PREVIEWS
 """The parts that the depth shown depends on."""
 _OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.REGION
@@ -72,8 +75,6 @@ class InspectPanel(Panel):
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
         self._marks = [Marks(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
-        for tool, number in (("profile", PROFILE), ("rectangle", STATISTICS), ("measure", MEASUREMENTS)):
-            context.actions[f"tool_{tool}"].triggered.connect(lambda _=False, number=number: self.reveal_page(number))
         shown = Part.FRAME | Part.REGION | Part.MARKS
         context.refresh.add("inspect marks", self._show_marks, shown, _DEPTH, also=(context.editor.tool_changed,))
 

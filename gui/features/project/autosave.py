@@ -24,6 +24,8 @@ MEANING = "Your work is in memory only. The autosave is retried every few second
 class AutosaveFeature(Feature):
     """Starts the autosave, reports its failures, and offers unsaved work of earlier windows."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._offered: list[RecoverableWork] = []

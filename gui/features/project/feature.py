@@ -47,6 +47,8 @@ _INCLUDED = (
 class ProjectFeature(Feature):
     """The project of the window; a window has exactly one."""
 
+    at_start = True
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         workspace, loader = context.workspace, context.loader
@@ -63,13 +65,9 @@ class ProjectFeature(Feature):
         self.opening.opened.connect(self._note_opened)
         self.saving.saved.connect(self._note_saved)
         also = workspace.project_touched, workspace.undo_group.cleanChanged, self.saving.changed
+        for name, offered in (("show_project", "Show in folder"), ("save_project_as", "Save elsewhere…")):
+            context.actions[name].setIconText(offered)
         context.refresh.add("title", self._show_title, Part.FRAME | Part.LIST | Part.CONTENT, also=also)
-
-    def begin(self) -> None:
-        """Name the commands as they are offered after saving."""
-        actions = self.context.actions
-        actions["show_project"].setIconText("Show in folder")
-        actions["save_project_as"].setIconText("Save elsewhere…")
 
     # commands
 

@@ -20,7 +20,7 @@ from ...project.current_project import apply_settings
 from ...state.entries import Entry
 from ...work.steps import Steps, in_steps
 from ..context import Context
-from .view_state import restore_views
+from ..layouts import restore_views
 
 
 class Opening(QObject):

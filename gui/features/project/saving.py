@@ -20,7 +20,7 @@ from ...state.entries import Entry
 from ...work.latest_request import LatestRequest
 from ...work.steps import Steps, in_steps
 from ..context import Context
-from .view_state import views_state
+from ..layouts import views_state
 
 _PROGRESS_INTERVAL_MS = 100
 

@@ -6,10 +6,9 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
 from typing import TYPE_CHECKING
@@ -23,7 +22,6 @@ from ilf.data.parameters import Parameters
 from ilf.errors import IlfError
 from ilf.sources.frame_folder import write_frame
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.listing import Listing
 from ilf.stream.pacing import USUAL_RATE, latest_of, measured_rate, rate_of
 from ilf.stream.stream import Stream, StreamStatistics
 
@@ -41,6 +39,7 @@ from ..context import Context, Feature
 from ..documents.feature import DocumentsFeature
 from ..documents.frame_files import recording_files
 from ..frame_list.feature import FramesFeature
+from ..menus import PLAY_MENU
 from ..status import StatusFeature
 from .moment import Due, Moment, moment_reader
 
@@ -181,6 +180,17 @@ _SPEEDS: Mapping[str, tuple[str, float | None]] = {
 }
 """Commands of the speeds: text, and multiple of the sequence's own rate."""
 
+
+def _speed_command(name: str) -> Command:
+    text, speed = _SPEEDS[name]
+    hint = f"Play at {text} of the sequence's own rate"
+    if speed is None:
+        hint = "Play every frame, as many a second as can be read and shown"
+    return Command(
+        name, text, hint, group="speed", on=name == "speed_normal", handler=lambda play: play.set_speed(speed)
+    )
+
+
 _RECENT = 20
 """Number of frames over which the rate is measured."""
 
@@ -196,13 +206,14 @@ class PlayFeature(Feature):
     """Plays frames: those of the list, or live. None is open meanwhile, so that no edit can get lost or into another
     frame; pausing opens the frame shown."""
 
+    awaits = Need.OTHERS
+    more_commands = tuple(map(_speed_command, _SPEEDS))
+
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._frames = context.feature(FramesFeature)
         self._status = context.feature(StatusFeature)
-        context.actions.add(self._speeds())
         self._on = context.actions["play_frames"]
-        context.actions["speed_normal"].setChecked(True)
         self.worker = Worker(self)
         self.worker.progressed.connect(self._take)
         self.worker.finished.connect(lambda _: self._on.setChecked(False))
@@ -214,8 +225,6 @@ class PlayFeature(Feature):
         files."""
         self.shown: PlayedFrame | None = None
         """The frame shown by playing; None once an open one is shown again."""
-        self._times: dict[str, float] = {}
-        """Key of a frame -> its time [s], where it is known."""
         self._entries: list[Entry] = []
         """What is played of the list; nothing if it is played live."""
         self._live: tuple[str | None, float | None] | None = None
@@ -234,14 +243,11 @@ class PlayFeature(Feature):
         self._saver = LatestRequest(self, must_finish=True)
         self.bar = self._make_bar()
         context.centre.add_before(self._frames.bar, self.bar)
-        menu = context.actions.menu("Play &live", context.window, "play_recording play_folder play_camera")
-        context.actions.adopt("play_live_menu", menu.menuAction(), "ph.play-circle")
         self._listen()
 
     def _listen(self) -> None:
         """Follow the frames and what the user does elsewhere."""
         context, entries = self.context, self.context.workspace.entries
-        context.loader.listed.connect(self._note_times)
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
@@ -249,12 +255,9 @@ class PlayFeature(Feature):
         context.refresh.add("play bar", lambda: self.bar.setVisible(len(entries) > 1 or self.playing), Part.LIST)
 
     def _make_bar(self) -> QWidget:
-        """Return the buttons beside the film strip, play and a menu of what belongs to it, which is in the menu bar,
-        too."""
-        actions, speeds = self.context.actions, " ".join(_SPEEDS)
-        names = f"play_frames | {speeds} | play_loop play_completed play_recorded"
-        menu = actions.menu("&Play the frames", self.context.window, names)
-        actions.adopt("play_menu", menu.menuAction())
+        """Return the buttons beside the film strip, play and a menu of what belongs to it."""
+        actions = self.context.actions
+        menu = actions.menu("", self.context.window, PLAY_MENU)
         button = menu_button(menu, _SPEEDS["speed_normal"][0], "Speed, loop, completion and recording while playing")
         button.setAccessibleName("Speed of playing")
         for name, (text, speed) in _SPEEDS.items():
@@ -263,14 +266,6 @@ class PlayFeature(Feature):
         bar = QWidget(visible=False)
         lay_out(QHBoxLayout(bar), command_button(self._on), button, margins=(4, 0, 4, 0), spacing=0)
         return bar
-
-    def _speeds(self) -> Iterator[Command]:
-        """Return the commands that set a speed."""
-        for name, (text, speed) in _SPEEDS.items():
-            hint = f"Play at {text} of the sequence's own rate"
-            if speed is None:
-                hint = "Play every frame, as many a second as can be read and shown"
-            yield Command(name, text, hint, group="speed", handler=partial(self._set_speed, speed))
 
     @command("play_loop", "&Loop", checkable=True)
     def _set_loop(self, on: bool) -> None:
@@ -384,7 +379,7 @@ class PlayFeature(Feature):
         """Return what gives the frames of the list from the current one on; after the last, from the first."""
         self._entries, row = self._frames.shown()
         row = 0 if row == len(self._entries) - 1 else max(row, 0)
-        self.playback.own_rate = rate_of([self._times.get(entry.key) for entry in self._entries])
+        self.playback.own_rate = rate_of([self.context.loader.times.get(entry.key) for entry in self._entries])
         store = self.context.recorder.store
         readers = [moment_reader(entry, store, self.written.get(entry.id)) for entry in self._entries]
         return lambda: frames_from(readers, row, self.playback)
@@ -503,10 +498,7 @@ class PlayFeature(Feature):
         if self.playback.recorder is not None:
             self.playback.recorder.close()
 
-    def _set_speed(self, speed: float | None) -> None:
+    def set_speed(self, speed: float | None) -> None:
+        """Play so many times as fast as the sequence's own rate; None for as fast as it goes."""
         self.playback.speed = speed
         self._clock.clear()
-
-    def _note_times(self, _: FrameRef, listing: Listing) -> None:
-        keys = (source.key for source in listing.sources)
-        self._times |= dict(zip(keys, listing.times, strict=False))

@@ -32,6 +32,13 @@ def _click(window: MainWindow, title: str) -> None:
     next(action for action in window.panels.toggles() if action.text() == title).trigger()
 
 
+@pytest.mark.parametrize("name", ["block_names", "film_strip", "live", "only_icons", "propagate_flow", "show_missing"])
+def test_what_is_switched_holds_for_the_next_window(opened, name):
+    action = opened()[0].actions_[name]
+    action.trigger()
+    assert opened()[0].actions_.is_on(name) == action.isChecked()
+
+
 def test_each_stays_as_it_was_left_also_for_the_next_window(qtbot, opened):
     window, layouts = opened()
     window.activateWindow()
