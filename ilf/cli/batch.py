@@ -26,6 +26,7 @@ from ..batch.shard_sink import KEPT, ShardSink, open_shards
 from ..errors import IlfError, InputError
 from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
+from ..run.options import ExportOptions
 from ..segmentation.edges.frame_edges import CANNY_INSTEAD
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
@@ -281,13 +282,13 @@ def _open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, l
     keep = tuple(filter(None, arguments.keep.split(",")))
     if "depth" not in keep or not set(keep) <= set(KEPT):
         raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
-    depth_format = arguments.depth_formats or "png"
-    if depth_format not in ("png", "npy"):
-        raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
+    depth_formats = parsing.given_parameters(arguments, ExportOptions).get("depth_formats", ("png",))
+    if depth_formats not in (("png",), ("npy",)):
+        raise UsageError(f"Depth in shards has one format, png or npy, not {','.join(depth_formats)!r:.40}.")
     return open_shards(
         list_frames,
         arguments.shards,
-        replace(settings, options=replace(settings.options, depth_formats=(depth_format,), cloud=None)),
+        replace(settings, options=replace(settings.options, depth_formats=depth_formats, cloud=None)),
         tuple(name for name in KEPT if name in keep),
         arguments.per_shard,
         _request(arguments),

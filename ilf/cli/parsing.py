@@ -260,21 +260,40 @@ def add_parameters(
     for name, declaration in base.declarations().items():
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
-        how: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
-        if declaration.kind is not bool:
-            choices = declaration.choices
-            metavar = "|".join(choices) or ("TEXT" if declaration.kind is str else "N")
-            how = {"type": _reader(declaration), "choices": choices or None, "metavar": metavar}
-        groups[declaration.group].add_argument(
-            declaration.flag.replace("--", f"--{prefix}", 1),
-            dest=_destination(type(base), name),
-            default=argparse.SUPPRESS,
-            help=_help(declaration, presets or {}, base).replace("%", "%%"),
-            **how,
-        )
+        add_parameter(groups[declaration.group], base, name, presets=presets, prefix=prefix)
 
 
-def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Value]:
+def add_parameter(
+    group: argparse._ActionsContainer,
+    base: ParameterSet,
+    name: str,
+    *,
+    presets: Mapping[str, ParameterSet] | None = None,
+    prefix: str = "",
+) -> None:
+    """Add the flag of a parameter, if it has one, as `add_parameters` does."""
+    declaration = base.declarations()[name]
+    if not declaration.flag:
+        return
+    flag, about = declaration.flag.replace("--", f"--{prefix}", 1), _help(declaration, presets or {}, base)
+    kind, choices = declaration.kind, declaration.choices
+    dest: dict[str, Any] = {"dest": _destination(type(base), name), "default": argparse.SUPPRESS}
+    how: dict[str, Any] = {"help": about.replace("%", "%%"), **dest}
+    if declaration.or_none:
+        group = group.add_mutually_exclusive_group()
+        if declaration.default is not None:
+            none = flag.replace("--", "--no-", 1)
+            group.add_argument(none, action="store_const", const=None, help="write none", **dest)
+    if kind is bool:
+        how["action"] = argparse.BooleanOptionalAction
+    elif kind is str and choices:
+        how |= {"choices": choices, "metavar": "|".join(choices)}
+    else:
+        how |= {"type": _reader(declaration), "metavar": "LIST" if kind is tuple else "TEXT" if kind is str else "N"}
+    group.add_argument(flag, **how)
+
+
+def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Any]:
     """Return name -> value of the parameters of a set that are given on the command line."""
     values = vars(arguments)
     return {
@@ -304,7 +323,7 @@ def _reader(declaration: Declaration) -> Callable[[str], Value]:
     return read
 
 
-def value_from(declaration: Declaration, text: str) -> Value:
+def value_from(declaration: Declaration, text: str) -> Any:
     """Parse the value of a parameter; raises ParameterError if it is not valid."""
     if declaration.special and text == declaration.special and declaration.minimum is not None:
         return declaration.checked(declaration.minimum)
@@ -314,6 +333,8 @@ def value_from(declaration: Declaration, text: str) -> Value:
         return _SWITCH[text]
     if declaration.kind is str:
         return declaration.checked(text)
+    if declaration.kind is tuple:
+        return declaration.checked([*filter(None, text.split(","))])
     with told_as(ParameterError, f"{text!r} is not a number.", ValueError):
         number = float(text)
     return declaration.checked(number)

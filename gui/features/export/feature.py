@@ -29,11 +29,12 @@ from ilf._runtime.threads import available_cores
 from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import some
 from ilf.data.results import Completion
-from ilf.errors import ParameterError
+from ilf.errors import IlfError, ParameterError
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
 from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
 from ilf.run.run import Run
+from ilf.run.writing import check_cloud_and_mesh
 
 from ...base import theme
 from ...state.entries import Entry
@@ -220,11 +221,13 @@ class ExportFeature(Panel):
         self._turn()
 
     def request(self) -> Export:
-        """Return what the user wants; ParameterError if nothing can be exported like this."""
+        """Return what the user wants; ParameterError or InputError if nothing can be exported like this."""
         from_files, scope, folder = bool(self.source.currentData()), Scope(self.scope.currentData()), self._folder()
         name = "" if scope != Scope.THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
         writes_report = self.report.isChecked() and not from_files
         options = self.files.options()
+        if scope == Scope.THIS and not from_files and self._run is not None:
+            check_cloud_and_mesh(self._run.frame, options)
         if not self.folder_path.text().strip():
             raise ParameterError("Choose a target folder.")
         if folder.exists() and not folder.is_dir():
@@ -256,7 +259,7 @@ class ExportFeature(Panel):
         self._allow()
         try:
             text, lacks, tone = *self._plan(self.request()), "muted"
-        except ParameterError as error:
+        except IlfError as error:
             text, lacks, tone = str(error), "", "error"
         self.export_button.setEnabled(tone == "muted")
         self.message.show_message(text, tone)
