@@ -74,8 +74,8 @@ class ExportOptions(ParameterSet):
     cloud: str | None = declare(
         "ply", "Write the point cloud", "Format of the point cloud. It has all points, also those that the 3D view "
         "leaves out; PLY and PCD contain for each its expected error (0 where depth was measured), whether it was "
-        "filled, its block, and whether it is unsupported, which CloudCompare shows as scalar fields.", SPACE, or_none=True,
-        needs=("camera",), choices=_CLOUD_FORMATS,
+        "filled, its block, and whether it is unsupported, which CloudCompare shows as scalar fields.", SPACE,
+        or_none=True, needs=("camera",), choices=_CLOUD_FORMATS,
     )  # fmt: skip
     axes: str = declare(
         "camera", "Axes", "Axes of point cloud and mesh: camera (x right, y down, z forward), y-up, or world (needs a "
