@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt, QUrl
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QStandardItemModel
 from PySide6.QtWidgets import (
     QDialog,
@@ -77,6 +77,9 @@ _FROM_FILES = (
     "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
     "skipped. manifest.csv lists the result of each frame."
 )
+_FRAMES_KEY = "export/frames"
+"""Settings key of the folder of the frames of the last export of several."""
+
 _MAX_NAMED = 3
 _OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
 
@@ -296,19 +299,26 @@ class ExportFeature(Panel):
         self.update_message()
 
     def _proposal(self, is_this: bool, from_files: bool) -> str:
-        """Return the folder to propose: where such exports were written last, or beside the frame's files."""
-        name, path = "batch" if from_files else "export", Path()
-        if self._run is not None:
-            frame, inputs = self._run.frame, self._run.frame.inputs
-            name = output_folder_name(frame.name) if is_this and not from_files else name
-            if inputs is not None and not is_address(inputs.rgb.path):
-                path = Path(inputs.rgb.path)
-                if path.parent != Path(inputs.depth.path).parent:
-                    path = path.parent  # beside the folders of colour and depth
-                if not is_this and path.parent.name == frame.name:
-                    path = path.parent  # beside the folders of the frames, not in one of them
-        beside = "" if path == Path() else str(path)
-        return str(save_folder(beside, EXPORTS if is_this else EXPORTS_OF_FRAMES) / name)
+        """Return the folder to propose: where these frames were exported last, or beside their files."""
+        name, beside = "batch" if from_files else "export", self._beside(is_this)
+        if is_this and not from_files and self._run is not None:
+            name = output_folder_name(self._run.frame.name)
+        kind = EXPORTS if is_this else EXPORTS_OF_FRAMES
+        if not is_this and QSettings().value(_FRAMES_KEY) != str(Path(beside).parent):
+            kind = ""  # those were frames of another data set
+        return str(save_folder(beside, kind) / name)
+
+    def _beside(self, is_this: bool) -> str:
+        """Return the path beside which exports of the current frame, or of many like it, are proposed; "" for none."""
+        inputs = None if self._run is None else self._run.frame.inputs
+        if self._run is None or inputs is None or is_address(inputs.rgb.path):
+            return ""
+        path = Path(inputs.rgb.path)
+        if path.parent != Path(inputs.depth.path).parent:
+            path = path.parent  # beside the folders of colour and depth
+        if not is_this and path.parent.name == self._run.frame.name:
+            path = path.parent  # beside the folders of the frames, not in one of them
+        return str(path)
 
     def _allow(self) -> None:
         for part in (self._form, self.files, self.report_page, self.batch_page, self.export_button):
@@ -363,7 +373,11 @@ class ExportFeature(Panel):
         if export.report is not None:
             subjects = subjects_of(entries, self.context.recorder.store, workspace.parameters.for_all)
             parts.append(report_file_steps(export.report, subjects, export.test))
-        remember_folder(EXPORTS if export.scope == Scope.THIS else EXPORTS_OF_FRAMES, export.folder)
+        if export.scope == Scope.THIS:
+            remember_folder(EXPORTS, export.folder)
+        else:
+            remember_folder(EXPORTS_OF_FRAMES, export.folder)
+            QSettings().setValue(_FRAMES_KEY, str(Path(self._beside(is_this=False)).parent))
 
         def job() -> Generator[Step, None, str]:
             for steps in parts:
