@@ -20,24 +20,22 @@ from ilf.run.writing import filenames
 
 from ...widgets.basics import Message, combo, form, group, label_of, lay_out, literal_text, typed_list
 
-_OPTIONS_KEY = "export/options"
-_UNITS_KEY = "export/png_units"
-"""Settings key of PNG units chosen instead of the input's."""
+_OPTIONS_KEY = "export/files"
+"""Settings key of the last choice; without PNG units, if they were the input's."""
 
 _PNG_UNITS = ("1000 (millimetres)", "5000 (TUM)", "10000 (0.1 mm)", "256 (KITTI)")
 _NO_INTRINSICS = "The frame has no camera intrinsics. Open it again with a camera: blocks and results stay."
 
 
-def stored_options() -> ExportOptions:
-    """Return the options of the last export."""
-    stored = QSettings().value(_OPTIONS_KEY)
-    if stored:
+def stored_options(usual_units: float) -> ExportOptions:
+    """Return the options of the last export, with the usual PNG units unless others were chosen."""
+    if stored := QSettings().value(_OPTIONS_KEY):
         try:
-            return ExportOptions(**json.loads(str(stored)))
+            return ExportOptions(**{"depth_units": usual_units, **json.loads(str(stored))})
         except (ValueError, TypeError, RecursionError):
             # damaged: use the defaults
             QSettings().remove(_OPTIONS_KEY)
-    return ExportOptions()
+    return ExportOptions(depth_units=usual_units)
 
 
 class OptionField:
@@ -71,7 +69,11 @@ class OptionField:
         """Show a value, of a list without others."""
         for name, box in self.boxes.items():
             box.setChecked(name in value if self.declaration.kind is tuple else bool(value))
-        if self.choice is not None:
+        if self.choice is not None and self.declaration.kind is float:
+            texts = map(self.choice.itemText, range(self.choice.count()))
+            number = f"{value:.12g}"
+            self.choice.setCurrentText(next((text for text in texts if text.split()[0] == number), number))
+        elif self.choice is not None:
             self.choice.setCurrentIndex(max(self.choice.findData(value), 0))
 
     def value(self, possible: bool) -> Any:
@@ -112,7 +114,7 @@ class FilesForm(QWidget):
         super().__init__()
         self._run: Run | None = None
         self._completion: Completion | None = None
-        self._usual_units = ""
+        self._usual_units = ExportOptions().depth_units
         self.fields = {name: OptionField(one) for name, one in ExportOptions.declarations().items()}
         units = self.fields["depth_units"].choice
         assert units is not None
@@ -130,13 +132,11 @@ class FilesForm(QWidget):
     def restore(self, inputs: FrameInputs | None) -> None:
         """Restore the last choice, with the units of a frame's depth file unless others were chosen."""
         # depth in metres is fractional
-        whole = inputs.depth_units if inputs is not None and inputs.depth_units > 1 else ExportOptions().depth_units
-        self._usual_units = f"{whole:.12g}"
-        options = stored_options()
+        given = 0.0 if inputs is None else inputs.depth_units
+        self._usual_units = given if given > 1 else ExportOptions().depth_units
+        options = stored_options(self._usual_units)
         for name, field in self.fields.items():
             field.show_value(getattr(options, name))
-        units = str(QSettings().value(_UNITS_KEY) or self._usual_units)
-        self.png_units.setCurrentText(next((text for text in _PNG_UNITS if text.partition(" ")[0] == units), units))
 
     def describe(self, run: Run | None, completion: Completion | None = None) -> None:
         """Offer what is possible for the run of one frame; everything for None.
@@ -169,9 +169,10 @@ class FilesForm(QWidget):
 
     def store(self) -> None:
         """Remember the choice. What is not possible for this frame keeps its stored choice."""
-        QSettings().setValue(_OPTIONS_KEY, json.dumps(self._options(possible=False).to_dict()))
-        chosen = self._chosen_units()
-        QSettings().setValue(_UNITS_KEY, "" if chosen == self._usual_units else chosen)
+        chosen = self._options(possible=False).to_dict()
+        if chosen["depth_units"] == self._usual_units:
+            del chosen["depth_units"]
+        QSettings().setValue(_OPTIONS_KEY, json.dumps(chosen))
 
     def _options(self, possible: bool) -> ExportOptions:
         return ExportOptions(**{name: field.value(possible) for name, field in self.fields.items()})
@@ -229,9 +230,6 @@ class FilesForm(QWidget):
             losses = [*png_losses(depth, units), *filter(None, [precision_loss(given, units)])]
         text = " ".join(losses) or f"Steps of {1000 / units:.3g} mm."
         self.png_note.show_message(text, "warning" if losses else "muted")
-
-    def _chosen_units(self) -> str:
-        return self.png_units.currentText().strip().partition(" ")[0]
 
 
 def _add_field(column: QVBoxLayout, field: OptionField) -> None:

@@ -162,7 +162,7 @@ def test_world_axes_need_a_pose(make):
 
 
 def test_settings_of_another_version_do_no_harm(make):
-    QSettings().setValue("export/options", '{"depth_formats": ["exr"], "colour": 1}')
+    QSettings().setValue("export/files", '{"depth_formats": ["exr"], "colour": 1}')
     assert make().files.options() == ExportOptions()
 
 
