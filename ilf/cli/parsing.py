@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from .._runtime.files import absolute
@@ -260,22 +261,21 @@ def add_parameters(
     for name, declaration in base.declarations().items():
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
-        add_parameter(groups[declaration.group], base, name, presets=presets, prefix=prefix)
+        add_parameter(groups[declaration.group], base, name, presets or {}, prefix)
 
 
 def add_parameter(
     group: argparse._ActionsContainer,
     base: ParameterSet,
     name: str,
-    *,
-    presets: Mapping[str, ParameterSet] | None = None,
+    presets: Mapping[str, ParameterSet] = MappingProxyType({}),
     prefix: str = "",
 ) -> None:
     """Add the flag of a parameter, if it has one, as `add_parameters` does."""
     declaration = base.declarations()[name]
     if not declaration.flag:
         return
-    flag, about = declaration.flag.replace("--", f"--{prefix}", 1), _help(declaration, presets or {}, base)
+    flag, about = declaration.flag.replace("--", f"--{prefix}", 1), _help(declaration, presets, base)
     kind, choices = declaration.kind, declaration.choices
     dest: dict[str, Any] = {"dest": _destination(type(base), name), "default": argparse.SUPPRESS}
     how: dict[str, Any] = {"help": about.replace("%", "%%"), **dest}
