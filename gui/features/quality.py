@@ -258,22 +258,19 @@ class QualityPanel(Panel):
 
         Returns False if none is shown.
         """
-        place, remedy = self._place, self.remedy
+        place, remedy, document = self._place, self.remedy, self.context.workspace.current
         if remedy is None:
             return False
-        self._pending_step = None if place is None else 1
         if place is not None and remedy.kind == "checked":
-            self.context.workspace.current.mark_checked(place.labels)
+            document.mark_checked(place.labels)
         elif remedy.patch is not None:
-            if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
-                self._pending_step = None
-                self.go(1)  # only a rest would have been cut off
+            self.context.editor.commit(remedy.patch, self._named(remedy.text))
         elif remedy.by_hand is not None:
-            self.context.workspace.current.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
-            self._pending_step = None
-            self.go(1)  # blocks and known depth are the same
+            document.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
         elif remedy.invalid is not None and not self._mark_invalid(remedy.invalid, "Mark depth as invalid"):
-            self._pending_step = None
+            return True
+        if place is not None:
+            self.go(1)
         return True
 
     def _why_no_place(self) -> str:
@@ -289,11 +286,11 @@ class QualityPanel(Panel):
         if place is None:
             self._say(False)
             return
-        self._pending_step = 1
         if place.kind == "propagated":
             self.context.workspace.current.mark_checked(place.labels)
         else:
             self.context.workspace.current.ignore_place(place)
+        self.go(1)
 
     def _ask_places(self) -> None:
         document = self.context.workspace.current
