@@ -101,7 +101,7 @@ class ExportFeature(Panel):
         self._proposed = ""
         self._export: Export | None = None
         """The export in progress."""
-        self._total = 0
+        self._total = 1
         self._done: list[ExportedFrame] = []
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
@@ -273,16 +273,15 @@ class ExportFeature(Panel):
         record = [RECORD_FILE] * export.from_files
         report = [] if export.report is None else [export.report.name]
         files = ", ".join(dict.fromkeys([*self.files.names(), *record, *report]))
-        if export.from_files:
-            return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
-        if export.scope != Scope.THIS:
+        if export.from_files or export.scope != Scope.THIS:
             folders = counted(len(self._entries(export.scope)), "folder")
-            text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
-            return text, ""
-        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+            more = _FROM_FILES if export.from_files else _OF_SEVERAL
+            return f"Writes {folders}, one per frame, with {files}. {more}", ""
         if self._completion is None:
-            return text, "No block has been run in its current state: the input depth is exported."
-        return text, behind(self.context.workspace.current)
+            lacks = "No block has been run in its current state: the input depth is exported."
+        else:
+            lacks = behind(self.context.workspace.current)
+        return f"Writes {files}.", lacks
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
@@ -358,7 +357,7 @@ class ExportFeature(Panel):
     def start(self, export: Export) -> None:
         """Export in the background; none may be in progress."""
         workspace, entries = self.context.workspace, self._entries(export.scope)
-        self._export, self._total, self._done, self._ids = export, 0, [], {}
+        self._export, self._total, self._done, self._ids = export, 1, [], {}
         parts: list[Iterator[Step]] = []
         if export.from_files:
             frames = batch_frames(workspace.entries)
@@ -366,7 +365,7 @@ class ExportFeature(Panel):
             self._ids = {frame.folder: id for id, frame in only.items()}
             settings = settings_of(workspace.parameters, replace(export.options, run_record=True))
             parts.append(batch_steps(export, list(frames.values()), list(only.values()), settings))
-            self._total = len(only)
+            self._total = len(only) or 1
         elif export.options.filenames():
             parts.append(export_frames(self._frames(export.scope), export.folder, export.options))
             self._total = len(entries)
@@ -384,7 +383,7 @@ class ExportFeature(Panel):
                 yield from steps
             return ""
 
-        what = f"an export of {counted(max(self._total, 1), 'frame')}"
+        what = f"an export of {counted(self._total, 'frame')}"
         self.requests.ask(job, self._end, step=self._take, what=what)
         self.results.clear()
         self.retry.setChecked(False)
@@ -413,11 +412,10 @@ class ExportFeature(Panel):
         self._show_frames()
 
     def _show_frames(self) -> None:
-        count, left = len(self._done), self._total - len(self._done)
-        written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
-        self.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
-        self.message.show_message(f"{count} of {counted(self._total, 'frame')}")
-        self._status.show_exporting(f"Exporting {count} of {max(self._total, 1)}")
+        count, total = len(self._done), self._total
+        self.work.show_share(count / total)
+        self.message.show_message(f"{count} of {counted(total, 'frame')}")
+        self._status.show_exporting(f"Exporting {count} of {total}")
 
     def _end(self, text: str = "") -> None:
         """Say what was written, and what was not; also in the log, and in one message if the dialog is closed."""
