@@ -32,7 +32,6 @@ from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
 from . import parsing
 from .batch_summary import BatchSummary
-from .options import add_export_options, export_options, geometry_flags
 from .output import Bar, print_json, shows_progress, warn
 from .usage import VALUES, Parser, UsageError, declare, given_flags
 
@@ -108,7 +107,7 @@ def add_arguments(parser: Parser) -> None:
     parsing.add_given_blocks(parser, "--blocks")
     parsing.add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
-    add_export_options(output)
+    parsing.add_export_options(output)
     parsing.add_shared(output, "--extrapolate")
     declared = """
         --contact-sheet  write contact-sheet.png, all previews with their names
@@ -184,7 +183,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         parameters,
         blocks,
         arguments.extrapolate,
-        export_options(arguments),
+        parsing.export_options(arguments),
         hidden,
         # absolute, since workers may have another working directory
         None if arguments.invalid_mask is None else str(Path(arguments.invalid_mask).absolute()),
@@ -272,7 +271,7 @@ def _check_shard_arguments(arguments: argparse.Namespace) -> None:
     alone = given_flags(arguments, ("verify", "merge"))
     if alone and arguments.sources:
         raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
-    given = given_flags(arguments, _ONLY_FOLDERS) + geometry_flags(arguments)
+    given = given_flags(arguments, _ONLY_FOLDERS) + parsing.geometry_flags(arguments)
     if given:
         raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
 

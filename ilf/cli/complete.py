@@ -15,14 +15,17 @@ from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import print_json, shows_progress, warn
 from .parsing import (
+    add_export_options,
     add_frame,
     add_given_blocks,
     add_settings,
     add_shared,
+    export_options,
     frame_from,
+    geometry_flags,
+    given_exports,
     given_parameters,
     preset_from,
     settings_from,
