@@ -154,10 +154,9 @@ class EditSummaryFeature(Feature):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        workspace.about_to_change.connect(self._note_idle)
+        workspace.about_to_change.connect(self._note_present)
         workspace.edited.connect(self._take)
-        workspace.on(Part.FRAME, self._turn)
-        workspace.on(Part.REPLACED, self._forget)
+        workspace.on(Part.FRAME | Part.REPLACED, self._forget)
         workspace.on(Part.GROUND_TRUTH, self._ask_again)
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         context.runs.state_changed.connect(self._go_on)
@@ -195,21 +194,16 @@ class EditSummaryFeature(Feature):
         self.line.show_message(_title(edit), EditSummary(moved))
         self._go_on()
 
-    def _turn(self) -> None:
-        """Forget the edit of a frame that is not shown any more."""
-        if self._change is None or not self._workspace.is_shown(self._change.document):
-            self._forget()
-
     def _forget(self) -> None:
-        self._change, self._before, self._asked = None, None, True
+        self._change, self._before, self._present, self._asked = None, None, None, True
         self.requests.forget()
         self.line.clear(self._workspace.has_current)
         self._note_present()
 
     def _go_on(self) -> None:
+        self._note_present()
         if self.context.runs.state is not RunState.IDLE or not self._workspace.has_current:
             return
-        self._note_present()
         change = self._change
         if self._asked or change is None or (change.patch is None and self._before is None):
             return
@@ -230,13 +224,10 @@ class EditSummaryFeature(Feature):
         self._asked = self._change is None or self._change.patch is None
         self._go_on()
 
-    def _note_idle(self) -> None:
-        """Note the completion before an edit, unless a run is changing it."""
-        if self.context.runs.state is RunState.IDLE:
-            self._note_present()
-
     def _note_present(self) -> None:
-        self._present = self._workspace.current.completion() if self._workspace.has_current else None
+        """Note the present completion, unless a run is changing it."""
+        if self.context.runs.state is RunState.IDLE:
+            self._present = self._workspace.current.completion() if self._workspace.has_current else None
 
     def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
         if change is self._change:

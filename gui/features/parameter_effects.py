@@ -96,7 +96,7 @@ def try_parameters(run: Run, names: Sequence[str], blocks: Collection[int]) -> G
 def _other_values(declaration: Declaration, value: Value) -> list[Value]:
     """Return values that differ from the present one: both ends of a range around a number, all other choices."""
     if declaration.choices:
-        values: Sequence[Value] = declaration.choices
+        values: Sequence[Value] = tuple(declaration.choices)
     elif declaration.kind is bool:
         values = (True, False)
     elif can_be_swept(declaration):

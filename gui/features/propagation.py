@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -36,6 +35,7 @@ from ..state.entries import Entry
 from ..widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow
+from ..work.steps import Ask, Steps, in_steps
 from .context import Context, Feature
 
 _WAYS = {
@@ -108,10 +108,6 @@ class PropagateDialog(QDialog):
 # One propagation.
 
 
-Steps = Generator[Callable[[], Any], Any, None]
-"""Yields what a worker is to find, and is sent it."""
-
-
 @dataclass(eq=False)
 class PropagationRun:
     """What has come of a propagation through frames. They may be many: their arrays are not kept.
@@ -175,7 +171,7 @@ def _named(names: Sequence[str]) -> str:
     return f"{counted(len(names), 'frame')} ({', '.join(names[:_MAX_NAMED])}{', …' * (len(names) > _MAX_NAMED)})"
 
 
-def _read_without_blocks(entry: Entry, store: WorkStore) -> Decoded:
+def _of_files(entry: Entry, store: WorkStore) -> Decoded:
     """Read the files of a frame of the list that has no state, in any thread."""
     frame = measured_frame(entry.source or FrameRef(entry.key), store.places)
     return Decoded(FrameState(entry.id, frame, Blocks(np.zeros(frame.shape, np.int32))))
@@ -297,27 +293,13 @@ class PropagationFeature(Feature):
 
     # from frame to frame
 
-    def _start(self, frames: Sequence[Entry], replaces: bool, shows: bool = False) -> None:
+    @in_steps
+    def _start(self, frames: Sequence[Entry], replaces: bool, shows: bool = False) -> Steps[None]:
         """Propagate the blocks of the first frame through the others, and show each if `shows`; do nothing if a
-        propagation is in progress."""
-        if self.run is None and len(frames) > 1:
-            run = self.run = PropagationRun(frames[0].name, self.how, len(frames) - 1, frames[0])
-            steps = self._through(run, frames, replaces, shows)
-            self._go_on(run, steps, partial(next, steps))
-
-    def _go_on(self, run: PropagationRun, steps: Steps, resume: Callable[..., Callable[[], Any]], *given: Any) -> None:
-        """Go on until a worker is to find something. The frame that it is for must stay open meanwhile."""
-        try:
-            find = resume(*given)
-        except StopIteration:
-            self._end(run)
+        propagation is in progress. An error costs its frame alone, unless it is the first."""
+        if self.run is not None or len(frames) < 2:
             return
-        again = partial(self._go_on, run, steps)
-        what, about = f"propagation of blocks to {run.present.name}", run.present.document
-        self.requests.ask(find, partial(again, steps.send), partial(again, steps.throw), what=what, about=about)
-
-    def _through(self, run: PropagationRun, frames: Sequence[Entry], replaces: bool, shows: bool) -> Steps:
-        """Go from frame to frame; an error costs its frame alone, unless it is the first."""
+        run = self.run = PropagationRun(frames[0].name, self.how, len(frames) - 1, frames[0])
         before: FrameState | None = None
         for number, entry in enumerate(frames):
             if entry not in self.context.workspace.entries:  # it has been removed from the list meanwhile
@@ -332,15 +314,14 @@ class PropagationFeature(Feature):
             except Exception as error:
                 run.notes.append(f"{entry.name}: {error_text(error)}")
             if before is None:
-                return
+                break
+        self._end(run)
 
-    def _to(
-        self, run: PropagationRun, entry: Entry, before: FrameState | None, shows: bool
-    ) -> Generator[Callable[[], Any], Any, FrameState]:
+    def _to(self, run: PropagationRun, entry: Entry, before: FrameState | None, shows: bool) -> Steps[FrameState]:
         """Read a frame and propagate the blocks of the one before to it, unless it keeps its own; return its state."""
         workspace, store = self.context.workspace, self.context.loader.store
         try:
-            read: Decoded = yield state_reader(entry, store) or partial(_read_without_blocks, entry, store)
+            read: Decoded = yield self._found(entry, state_reader(entry, store) or partial(_of_files, entry, store))
         except Exception as error:
             workspace.note_problem(entry, error_text(error))
             raise
@@ -348,7 +329,7 @@ class PropagationFeature(Feature):
             if not read.state.blocks.labels.any():
                 raise InputError("It has no blocks to propagate. Extract or draw some first.")
             return read.state
-        found: Propagated = yield partial(propagate_state, before, read.state, run.how)
+        found: Propagated = yield self._found(entry, partial(propagate_state, before, read.state, run.how))
         if entry not in workspace.entries:
             return before
         document = entry.document or self.context.loader.open_state(entry, read, show=False)
@@ -360,6 +341,11 @@ class PropagationFeature(Feature):
         run.to_check += len(found.state.to_check)
         run.notes += [f"{document.name}: {note}" for note in found.followed.notes]
         return found.state
+
+    def _found(self, entry: Entry, find: Callable[[], object]) -> Ask:
+        """Ask a worker to find something for a frame, which must stay open meanwhile."""
+        what = f"propagation of blocks to {entry.name}"
+        return lambda again: self.requests.ask(find, again, again, what=what, about=entry.document)
 
     def _end(self, run: PropagationRun) -> None:
         """Say what has been done."""

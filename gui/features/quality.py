@@ -35,6 +35,7 @@ from ..views.interaction import Preview
 from ..views.mask_paths import boundary_path
 from ..widgets.basics import TEXT_BESIDE_ICON, PlainLabel, command_button, lay_out
 from ..widgets.docks import PanelGroup
+from ..work.steps import Steps, in_steps
 from .context import Context
 from .panel import Panel
 from .tools import ToolsFeature
@@ -255,22 +256,19 @@ class QualityPanel(Panel):
 
         Returns False if none is shown.
         """
-        place, remedy = self._place, self.remedy
+        place, remedy, document = self._place, self.remedy, self.context.workspace.current
         if remedy is None:
             return False
-        self._pending_step = None if place is None else 1
         if place is not None and remedy.kind == "checked":
-            self.context.workspace.current.mark_checked(place.labels)
+            document.mark_checked(place.labels)
         elif remedy.patch is not None:
-            if self.context.editor.commit(remedy.patch, self._named(remedy.text)) is None:
-                self._pending_step = None
-                self.go(1)  # only a rest would have been cut off
+            self.context.editor.commit(remedy.patch, self._named(remedy.text))
         elif remedy.by_hand is not None:
-            self.context.workspace.current.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
-            self._pending_step = None
-            self.go(1)  # blocks and known depth are the same
+            document.set_by_hand(remedy.by_hand, np.isfinite(remedy.by_hand), "Continue plane")
         elif remedy.invalid is not None and not self._mark_invalid(remedy.invalid, "Mark depth as invalid"):
-            self._pending_step = None
+            return True
+        if place is not None:
+            self.go(1)
         return True
 
     def _why_no_place(self) -> str:
@@ -286,13 +284,15 @@ class QualityPanel(Panel):
         if place is None:
             self._say(False)
             return
-        self._pending_step = 1
         if place.kind == "propagated":
             self.context.workspace.current.mark_checked(place.labels)
         else:
             self.context.workspace.current.ignore_place(place)
+        self.go(1)
 
-    def _ask_places(self) -> None:
+    @in_steps
+    def _ask_places(self) -> Steps[None]:
+        """Look for places in the present state."""
         document = self.context.workspace.current
         to_check = {label: document.blocks.reasons.get(label, "") for label in document.state.to_check}
         extraction = document.blocks.extraction or BlockParameters()
@@ -302,13 +302,10 @@ class QualityPanel(Panel):
         if not self._suggests:
             self._drop_remedy()
             self.reason.setText("Running quality checks…")
-
-        def take(places: Sequence[Place]) -> None:
-            if search is self._search:
-                self._found = places
-                self._take_places(search, places)
-
-        self.requests.ask(search.places, take, kind="places")
+        places: Sequence[Place] = yield partial(self.requests.ask, search.places, kind="places")
+        if search is self._search:
+            self._found = places
+            self._take_places(search, places)
 
     def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
         """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
@@ -369,19 +366,17 @@ class QualityPanel(Panel):
 
     # the remedy
 
-    def _ask_remedy(self, place: Place, search: _Search) -> None:
+    @in_steps
+    def _ask_remedy(self, place: Place, search: _Search) -> Steps[None]:
         """Look for the remedy of a place."""
-        document = search.document
         self._drop_remedy()
         self._place = place
         self._show_remedy("Looking for a remedy…")
-
-        def take(remedy: Remedy | None) -> None:
-            if place is self._place:
-                self._set_remedy(remedy)
-                self._show_remedy("No remedy found")
-
-        self.requests.ask(partial(search.remedy_of, place, document.next_label()), take, kind="remedy")
+        find = partial(search.remedy_of, place, search.document.next_label())
+        remedy: Remedy | None = yield partial(self.requests.ask, find, kind="remedy")
+        if place is self._place:
+            self._set_remedy(remedy)
+            self._show_remedy("No remedy found")
 
     def _drop_remedy(self) -> None:
         self._place, self._suggests = None, False
@@ -418,7 +413,8 @@ class QualityPanel(Panel):
     # invalid depth
 
     @command("suggest_invalid", "Su&ggest invalid depth", icon="ph.warning", needs=Need.FRAME)
-    def suggest(self) -> None:
+    @in_steps
+    def suggest(self) -> Steps[None]:
         """Find known depth that is probably wrong (flying pixels, speckles, glass), to mark it or to ignore it."""
         self.reveal()
         self.context.refresh.now()
@@ -427,12 +423,20 @@ class QualityPanel(Panel):
         self._pending_step = None
         self._show_no_place("Looking for depth that may be invalid…")
         self._suggests = True
-
-        def take(found: Mask) -> None:
-            if self._suggests and self.context.workspace.is_shown(document):
-                self._take_invalid(found)
-
-        self.requests.ask(lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), take, kind="invalid")
+        found: Mask = yield partial(
+            self.requests.ask, lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), kind="invalid"
+        )
+        if not self._suggests or not self.context.workspace.is_shown(document):
+            return
+        if not found.any():
+            self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
+            return
+        self.context.views.fit()
+        what = counted(int(np.count_nonzero(found)), "pixel")
+        self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
+        self._suggests = True
+        self._set_remedy(Remedy("invalid", f"Mark {what} as invalid", invalid=found))
+        self._show_remedy()
 
     def _mark_invalid(self, found: Mask, text: str) -> bool:
         """Mark known depth as invalid; return False, with a message, if no depth would be left."""
@@ -443,18 +447,6 @@ class QualityPanel(Panel):
             self.context.notes.report(text, error)
             return False
         return True
-
-    def _take_invalid(self, found: Mask) -> None:
-        pixels = int(np.count_nonzero(found))
-        if not pixels:
-            self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
-            return
-        self.context.views.fit()
-        what = counted(pixels, "pixel")
-        self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
-        self._suggests = True
-        self._set_remedy(Remedy("invalid", f"Mark {what} as invalid", invalid=found))
-        self._show_remedy()
 
 
 def _preview(remedy: Remedy | None) -> Preview | None:

@@ -51,9 +51,9 @@ def _remembered(kind: str, path: str) -> str:
 
 
 def save_folder(beside: str = "", kind: str = EXPORTS) -> Path:
-    """Return the default folder for files: that of the last export of a kind, of the file `beside` unless it is the
-    program's own, or the working folder."""
-    last = QSettings().value(kind)
+    """Return the default folder for files: that of the last export of a kind, if any, of the file `beside` unless it is
+    the program's own, or the working folder."""
+    last = QSettings().value(kind) if kind else None
     folder = Path(str(last)) if last else Path(beside).parent if beside and not is_asset(beside) else Path.cwd()
     return folder if os.path.isdir(folder) and os.access(folder, os.W_OK) else Path.home()
 

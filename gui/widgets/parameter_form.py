@@ -458,7 +458,7 @@ class _ChoiceBox(QComboBox):
 def _editor(declaration: Declaration, edited: Callable[[Value], None]) -> tuple[QWidget, Callable[[Any], None]]:
     """Return the editor of one parameter and the function that shows a value in it."""
     if declaration.choices or declaration.offers is not None:
-        box = _ChoiceBox(declaration.offers or (lambda: declaration.choices))
+        box = _ChoiceBox(declaration.offers or (lambda: tuple(declaration.choices)))
         box.chosen.connect(edited)
         return box, box.show_value
     if declaration.kind is bool:

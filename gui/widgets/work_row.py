@@ -64,11 +64,10 @@ class WorkRow(QWidget):
         self.show_share(0.0)
         self.show()
 
-    def show_share(self, share: float, worked: float | None = None) -> None:
-        """Show the share done, 0-1; `worked` is the share of the work since `begin`, if `share` also counts what was
-        done before or took no time."""
+    def show_share(self, share: float) -> None:
+        """Show the share done, 0-1."""
         self.bar.setValue(round(1000 * share))
-        self._pace.note(share if worked is None else worked)
+        self._pace.note(share)
         left = self._pace.text()
         self.bar.setFormat(f"{share:.0%}, {left}" if left else f"{share:.0%}")
 

@@ -26,12 +26,12 @@ from ..batch.shard_sink import KEPT, ShardSink, open_shards
 from ..errors import IlfError, InputError
 from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
+from ..run.options import ExportOptions
 from ..segmentation.edges.frame_edges import CANNY_INSTEAD
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
 from . import parsing
 from .batch_summary import BatchSummary
-from .options import add_export_options, export_options, geometry_flags
 from .output import Bar, print_json, shows_progress, warn
 from .usage import VALUES, Parser, UsageError, declare, given_flags
 
@@ -107,7 +107,7 @@ def add_arguments(parser: Parser) -> None:
     parsing.add_given_blocks(parser, "--blocks")
     parsing.add_shared(parser, "--drawn", "--hold-out", "--seeds")
     output = parser.add_argument_group("output")
-    add_export_options(output)
+    parsing.add_export_options(output)
     parsing.add_shared(output, "--extrapolate")
     declared = """
         --contact-sheet  write contact-sheet.png, all previews with their names
@@ -183,7 +183,7 @@ def _settings(arguments: argparse.Namespace) -> BatchSettings:
         parameters,
         blocks,
         arguments.extrapolate,
-        export_options(arguments),
+        parsing.export_options(arguments),
         hidden,
         # absolute, since workers may have another working directory
         None if arguments.invalid_mask is None else str(Path(arguments.invalid_mask).absolute()),
@@ -271,7 +271,7 @@ def _check_shard_arguments(arguments: argparse.Namespace) -> None:
     alone = given_flags(arguments, ("verify", "merge"))
     if alone and arguments.sources:
         raise UsageError(f"{alone[0]} needs no SOURCE: give only --shards.")
-    given = given_flags(arguments, _ONLY_FOLDERS) + geometry_flags(arguments)
+    given = given_flags(arguments, _ONLY_FOLDERS) + parsing.geometry_flags(arguments)
     if given:
         raise UsageError(f"{', '.join(given)} cannot be combined with --shards. Leave it out, or use --out.")
 
@@ -281,13 +281,13 @@ def _open_given_shards(arguments: argparse.Namespace, settings: BatchSettings, l
     keep = tuple(filter(None, arguments.keep.split(",")))
     if "depth" not in keep or not set(keep) <= set(KEPT):
         raise UsageError(f"--keep takes depth, and any of {', '.join(KEPT[1:])}, not {arguments.keep!r:.60}.")
-    depth_format = arguments.depth_formats or "png"
-    if depth_format not in ("png", "npy"):
-        raise UsageError(f"Depth in shards has one format, png or npy, not {depth_format!r:.40}.")
+    depth_formats = parsing.given_parameters(arguments, ExportOptions).get("depth_formats", ("png",))
+    if depth_formats not in (("png",), ("npy",)):
+        raise UsageError(f"Depth in shards has one format, png or npy, not {','.join(depth_formats)!r:.40}.")
     return open_shards(
         list_frames,
         arguments.shards,
-        replace(settings, options=replace(settings.options, depth_formats=(depth_format,), cloud=None)),
+        replace(settings, options=replace(settings.options, depth_formats=depth_formats, cloud=None)),
         tuple(name for name in KEPT if name in keep),
         arguments.per_shard,
         _request(arguments),

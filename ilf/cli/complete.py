@@ -15,9 +15,21 @@ from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
-from .options import add_export_options, export_options, geometry_flags, given_exports
 from .output import completed, completion_record, completion_report, errors_of, print_json, shows_progress, warn
-from .parsing import add_frame, add_given_blocks, add_settings, add_shared, frame_from, preset_from, settings_from
+from .parsing import (
+    add_export_options,
+    add_frame,
+    add_given_blocks,
+    add_settings,
+    add_shared,
+    export_options,
+    frame_from,
+    geometry_flags,
+    given_exports,
+    given_parameters,
+    preset_from,
+    settings_from,
+)
 from .usage import Parser, UsageError, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
@@ -59,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         run, told = again.run, again.differences
         options = replace(again.options, exports=(*again.options.exports, *given_exports(arguments)[0]))
-        options = replace(options, cloud=None) if arguments.no_cloud else options
+        options = replace(options, **given_parameters(arguments, ExportOptions))
     folder = Path(arguments.out or output_folder_name(run.frame.name))
     names = "blocks", "drawn", "invalid_mask", "by_hand", "intrinsics", "preset"
     given = [path for name in names if (path := getattr(arguments, name)) is not None]

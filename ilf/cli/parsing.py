@@ -1,10 +1,12 @@
-"""Arguments shared by the commands: the frame, the settings of a run, and the flags of the parameters."""
+"""Arguments shared by the commands: the frame, the settings of a run, and the flags of what is declared, parameters and
+options of an export."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from .._runtime.files import absolute
@@ -18,6 +20,8 @@ from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import read_mask
 from ..run.block_choice import BlockChoice
+from ..run.formats import FORMATS
+from ..run.options import SPACE, ExportOptions
 from ..sources.frame_ref import KINDS, OPTIONS, FrameRef, ReadingOption, ReadingOptions
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
@@ -261,21 +265,39 @@ def add_parameters(
     for name, declaration in base.declarations().items():
         if declaration.group not in groups:
             groups[declaration.group] = parser.add_argument_group(f"{title}: {declaration.group.lower()}")
-        how: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
-        if declaration.kind is not bool:
-            choices = declaration.choices
-            metavar = "|".join(choices) or ("TEXT" if declaration.kind is str else "N")
-            how = {"type": _reader(declaration), "choices": choices or None, "metavar": metavar}
-        groups[declaration.group].add_argument(
-            declaration.flag.replace("--", f"--{prefix}", 1),
-            dest=_destination(type(base), name),
-            default=argparse.SUPPRESS,
-            help=_help(declaration, presets or {}, base).replace("%", "%%"),
-            **how,
-        )
+        add_parameter(groups[declaration.group], base, name, presets or {}, prefix)
 
 
-def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Value]:
+def add_parameter(
+    group: argparse._ActionsContainer,
+    base: ParameterSet,
+    name: str,
+    presets: Mapping[str, ParameterSet] = MappingProxyType({}),
+    prefix: str = "",
+) -> None:
+    """Add the flag of a parameter, if it has one, as `add_parameters` does."""
+    declaration = base.declarations()[name]
+    if not declaration.flag:
+        return
+    flag, about = declaration.flag.replace("--", f"--{prefix}", 1), _help(declaration, presets, base)
+    kind, choices = declaration.kind, declaration.choices
+    dest: dict[str, Any] = {"dest": _destination(type(base), name), "default": argparse.SUPPRESS}
+    how: dict[str, Any] = {"help": about.replace("%", "%%"), **dest}
+    if declaration.or_none:
+        group = group.add_mutually_exclusive_group()
+        if declaration.default is not None:
+            none = flag.replace("--", "--no-", 1)
+            group.add_argument(none, action="store_const", const=None, help="write none", **dest)
+    if kind is bool:
+        how["action"] = argparse.BooleanOptionalAction
+    elif kind is str and choices:
+        how |= {"choices": choices, "metavar": "|".join(choices)}
+    else:
+        how |= {"type": _reader(declaration), "metavar": "LIST" if kind is tuple else "TEXT" if kind is str else "N"}
+    group.add_argument(flag, **how)
+
+
+def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Any]:
     """Return name -> value of the parameters of a set that are given on the command line."""
     values = vars(arguments)
     return {
@@ -305,7 +327,7 @@ def _reader(declaration: Declaration) -> Callable[[str], Value]:
     return read
 
 
-def value_from(declaration: Declaration, text: str) -> Value:
+def value_from(declaration: Declaration, text: str) -> Any:
     """Parse the value of a parameter; raises ParameterError if it is not valid."""
     if declaration.special and text == declaration.special and declaration.minimum is not None:
         return declaration.checked(declaration.minimum)
@@ -315,6 +337,8 @@ def value_from(declaration: Declaration, text: str) -> Value:
         return _SWITCH[text]
     if declaration.kind is str:
         return declaration.checked(text)
+    if declaration.kind is tuple:
+        return declaration.checked([*filter(None, text.split(","))])
     with told_as(ParameterError, f"{text!r} is not a number.", ValueError):
         number = float(text)
     return declaration.checked(number)
@@ -328,3 +352,54 @@ def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: P
     values = {preset: getattr(parameters, declaration.name) for preset, parameters in presets.items()}
     facts += [f"in {preset} {declaration.to_text(value)}" for preset, value in values.items() if value != usual]
     return f"{declaration.help} [{'; '.join(facts)}]"
+
+
+# What an export writes.
+
+
+def add_export_options(group: argparse._ActionsContainer) -> None:
+    """Add the flags to a parser or a group of its flags."""
+    usual = ExportOptions()
+    for name in ExportOptions.declarations():
+        add_parameter(group, usual, name)
+    formats = ", ".join(f"{name} ({format})" for name, format in FORMATS.items())
+    declared = f"""
+        --export FORMAT ...  also write a file for another program; can be repeated: {formats}. `ilf complete` also
+            takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
+            and curves (needs the package rerun-sdk), or one of plugins
+    """
+    declare(group, declared)
+
+
+def given_exports(arguments: argparse.Namespace) -> tuple[tuple[str, ...], list[str]]:
+    """Return what --export gives: formats of files among the results, and other files."""
+    formats = tuple(given for given in arguments.export if given in FORMATS)
+    return formats, [given for given in arguments.export if given not in FORMATS]
+
+
+def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -> ExportOptions:
+    """Return the export options of the flags.
+
+    Raises
+    ------
+    UsageError
+        If the flags contradict each other, or --export gives a file, but not `with_files`.
+    ParameterError
+        If a value is not valid.
+    """
+    given = given_parameters(arguments, ExportOptions)
+    has_none = given.get("cloud", "") is None and given.get("mesh") is None
+    if has_none and (flags := geometry_flags(arguments)):
+        raise UsageError(f"--no-cloud contradicts {', '.join(flags)}: leave it out, or add --mesh.")
+    exports, files = given_exports(arguments)
+    if files and not with_files:
+        raise UsageError(f"--export takes a format here, not {files[0]!r:.60}: {', '.join(FORMATS)}.")
+    return ExportOptions(**given, exports=exports)
+
+
+def geometry_flags(arguments: argparse.Namespace) -> list[str]:
+    """Return the given flags of point cloud and mesh, except --no-cloud."""
+    given = given_parameters(arguments, ExportOptions)
+    about = ExportOptions.declarations()
+    chosen = [name for name, value in given.items() if about[name].group == SPACE and value is not None]
+    return [arguments.given[_destination(ExportOptions, name)] for name in chosen]

@@ -31,9 +31,8 @@ from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
 from ..sources.reading import read_frame
-from .options import add_export_options, export_options, geometry_flags
 from .output import Column, completed, fact_lines, parameters_text, print_json, shows_progress, table, warn
-from .parsing import add_reading, add_shared, reading_options
+from .parsing import add_export_options, add_reading, add_shared, export_options, geometry_flags, reading_options
 from .usage import Parser, UsageError, add_action, check_there, declare
 
 # Output of `ilf project info`: as text, and as JSON.

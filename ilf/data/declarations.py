@@ -1,4 +1,4 @@
-"""Parameter declarations: name, range, unit, default, help and source of each parameter in one place.
+"""Declarations of parameters and options: name, range, unit, default, help and source of each in one place.
 
 The form in the window, the flags of the command line, validation and every saved file use these
 declarations; nothing about a parameter is defined anywhere else.
@@ -12,8 +12,8 @@ import inspect
 import math
 import textwrap
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache, partial
+from dataclasses import dataclass, field
+from functools import cache
 from types import MappingProxyType
 from typing import Any, Self, TypeVar
 
@@ -32,9 +32,11 @@ class Declaration:
     Attributes
     ----------
     name : str
-        Name in code; the flag is the same with dashes.
-    default : bool, int, float or str
-        Its type is the parameter's type.
+        Name in code.
+    flag : str
+        Name on the command line; "" for none.
+    default : bool, int, float, str or tuple of str
+        Its type is the parameter's type; of an `or_none`, a choice.
     label, help : str
         Texts for users; `help` is one or two sentences.
     group : str
@@ -45,8 +47,10 @@ class Declaration:
         Inclusive range of a number.
     step : float
         Step of a spin box.
-    choices : tuple of str
-        The allowed values of a text parameter.
+    choices : mapping
+        The allowed values of a text parameter, of any of which a tuple consists; with what forms show for them.
+    or_none : bool
+        Whether None is allowed, too, for none of the choices.
     offers : callable or None
         Returns the values available at present, for a text parameter without `choices`. Other values are accepted,
         too: a value from another computer's file may be unavailable here, which is reported when it is used.
@@ -61,10 +65,13 @@ class Declaration:
     when : tuple
         (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
         empty for always.
+    needs : tuple of str
+        What must be there for it, of what its form knows.
     """
 
     name: str
-    default: Value
+    flag: str
+    default: Any
     label: str
     help: str
     group: str
@@ -72,25 +79,22 @@ class Declaration:
     minimum: float | None = None
     maximum: float | None = None
     step: float = 1.0
-    choices: tuple[str, ...] = ()
+    choices: Mapping[str, Any] = field(default_factory=dict)
+    or_none: bool = False
     offers: Callable[[], tuple[str, ...]] | None = None
     special: str = ""
     source: str = ""
     scale: str = "linear"
     basic: bool = False
     when: tuple[str, *tuple[Value, ...]] | tuple[()] = ()
+    needs: tuple[str, ...] = ()
 
     @property
     def kind(self) -> type:
-        """bool, int, float or str."""
-        return type(self.default)
+        """bool, int, float, str or tuple."""
+        return str if self.or_none else type(self.default)
 
-    @property
-    def flag(self) -> str:
-        """Name on the command line."""
-        return "--" + self.name.replace("_", "-")
-
-    def to_text(self, value: Value) -> str:
+    def to_text(self, value: Any) -> str:
         """Format a value with its unit.
 
         Examples
@@ -105,8 +109,14 @@ class Declaration:
         number = f"{value:g}" if isinstance(value, float) else to_text(value)
         return f"{number} {self.unit}".strip()
 
-    def checked(self, value: object) -> Value:
+    def checked(self, value: object) -> Any:
         """Return `value` in the parameter's type; raise ParameterError if it is of another type or out of range."""
+        if self.kind is tuple:
+            if isinstance(value, str) or not isinstance(value, Collection) or not set(value) <= set(self.choices):
+                raise self._refusal(f"any of {', '.join(self.choices)}", value)
+            return tuple(dict.fromkeys(value))
+        if self.or_none and value is None:
+            return None
         if self.choices:
             if value not in self.choices:
                 raise self._refusal(f"one of {', '.join(self.choices)}", value)
@@ -135,10 +145,12 @@ class Declaration:
         return ParameterError(f"{self.name} must be {wanted}, not {value!r:.60}.")
 
 
-def declare(default: Value, label: str, help: str, group: str, **details: Any) -> Any:
-    """Return a dataclass field with its Declaration as metadata."""
-    make = partial(Declaration, default=default, label=label, help=help, group=group, **details)
-    return dataclasses.field(default=default, metadata={"declaration": make})
+def declare(default: Any, label: str, help: str, group: str, *, optional: bool = False, **details: Any) -> Any:
+    """Return a dataclass field with what declares it as metadata; one that is `optional` may lack in files."""
+    declared = {"default": default, "label": label, "help": help, "group": group, **details}
+    if isinstance(choices := details.get("choices"), tuple):
+        declared["choices"] = dict(zip(choices, choices, strict=True))
+    return dataclasses.field(default=default, metadata={"declared": declared, "optional": optional})
 
 
 @dataclass(frozen=True)
@@ -153,8 +165,10 @@ class ParameterSet:
     @cache  # which forms and checks use often
     def declarations(cls) -> Mapping[str, Declaration]:
         """Return name -> Declaration, in the order of the form."""
-        made = (item.metadata["declaration"](item.name) for item in dataclasses.fields(cls))
-        return MappingProxyType({declaration.name: declaration for declaration in made})
+        declared = {item.name: item.metadata["declared"] for item in dataclasses.fields(cls)}
+        flags = {name: f"--{name.replace('_', '-')}" for name in declared}
+        made = {name: Declaration(name, **{"flag": flags[name], **facts}) for name, facts in declared.items()}
+        return MappingProxyType(made)
 
     def has_effect(self, name: str) -> bool:
         """Whether a parameter has any effect with the present values of the others."""
@@ -287,7 +301,9 @@ def with_documented_parameters(kind: Kind) -> Kind:
 def _range_and_default(declaration: Declaration) -> str:
     default = declaration.default
     if declaration.choices:
-        return f"{{{', '.join(map(repr, declaration.choices))}}}, default {default!r}"
+        choices = f"{{{', '.join(map(repr, declaration.choices))}}}"
+        several, none = "tuple of " * (declaration.kind is tuple), " or None" * declaration.or_none
+        return f"{several}{choices}{none}, default {default!r}"
     if declaration.minimum is None or declaration.maximum is None:
         return f"{declaration.kind.__name__}, default {default!r}"
     special = f" ({declaration.minimum:g}: {declaration.special})" if declaration.special else ""
@@ -295,6 +311,8 @@ def _range_and_default(declaration: Declaration) -> str:
     return f"{declaration.kind.__name__}, {between}{special}, default {declaration.to_text(default)}"
 
 
-def to_text(value: Value) -> str:
+def to_text(value: object) -> str:
     """Format a value as text."""
+    if isinstance(value, tuple):
+        return ",".join(value) or "none"
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 import os
 import re
 from collections.abc import Callable
@@ -292,8 +291,8 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
 
 
-def png_fit(depth: NDArray[np.floating], units: float) -> tuple[float, int, int, int]:
-    """Compute the effect of writing depth to a 16-bit PNG.
+def png_losses(depth: NDArray[np.floating], units: float) -> list[str]:
+    """Describe what a 16-bit PNG of depth loses, a sentence each: depth that is too far, or too near.
 
     Parameters
     ----------
@@ -301,22 +300,20 @@ def png_fit(depth: NDArray[np.floating], units: float) -> tuple[float, int, int,
         [m], of any shape, NaN = missing.
     units : float
         File units per metre, positive.
-
-    Returns
-    -------
-    deepest : float
-        Maximum depth [m]; NaN if no depth is known.
-    largest : int
-        The value that it would need: above `UINT16_MAX` it does not fit.
-    clipped, rounded_to_zero : int
-        Number of pixels that are too far, and of those so near that they would be rounded to 0, missing.
     """
     known = depth[np.isfinite(depth)]
-    if not known.size:
-        return math.nan, 0, 0, 0
-    values = _in_units(known, units)
-    clipped, rounded_to_zero = int(np.count_nonzero(values > UINT16_MAX)), int(np.count_nonzero(values == 0))
-    return float(known.max()), int(values.max()), clipped, rounded_to_zero
+    values, losses = _in_units(known, units), []
+    if clipped := int(np.count_nonzero(values > UINT16_MAX)):
+        deepest = float(known.max())
+        largest = UINT16_MAX / deepest if deepest > UINT16_MAX else UINT16_MAX // deepest
+        most = f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre"
+        remedy = f"Use at most {largest:.6g} units per metre for {deepest:.4g} m, or write TIFF or NPY."
+        losses.append(f"{most}, is clipped: {counted(clipped, 'pixel')}. {remedy}")
+    if rounded_to_zero := int(np.count_nonzero(values == 0)):
+        least = f"Depth below half a unit at {units:g} units per metre is rounded to 0, which means missing"
+        remedy = "Use more units per metre, or write TIFF or NPY."
+        losses.append(f"{least}: {counted(rounded_to_zero, 'pixel')}. {remedy}")
+    return losses
 
 
 def precision_loss(given: float, written: float) -> str:
@@ -366,20 +363,9 @@ def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
-    deepest, _, clipped, rounded_to_zero = png_fit(metres, units)
-    warnings = []
-    if clipped:
-        largest = UINT16_MAX / deepest if deepest > UINT16_MAX else UINT16_MAX // deepest
-        most = f"Depth beyond {UINT16_MAX / units:.4g} m, the maximum of 16 bits at {units:g} units per metre"
-        remedy = f"Use at most {largest:.6g} units per metre for {deepest:.4g} m, or write TIFF or NPY."
-        warnings.append(f"{most}, was clipped: {counted(clipped, 'pixel')}. {remedy}")
-    if rounded_to_zero:
-        least = f"Depth below half a unit at {units:g} units per metre was rounded to 0, which means missing"
-        remedy = "Use more units per metre, or write TIFF or NPY."
-        warnings.append(f"{least}: {counted(rounded_to_zero, 'pixel')}. {remedy}")
-    values = _in_units(metres, units)
+    losses, values = png_losses(metres, units), _in_units(metres, units)
     np.minimum(values, UINT16_MAX, out=values)
-    return np.nan_to_num(values, copy=False, nan=0.0).astype(np.uint16), warnings
+    return np.nan_to_num(values, copy=False, nan=0.0).astype(np.uint16), losses
 
 
 def _in_units(metres: NDArray[np.floating], units: float) -> NDArray[np.float64]:

@@ -55,6 +55,10 @@ class Format(NamedTuple):
     content: Content
     lacks: Callable[[Run], str] = lambda run: ""
 
+    def __str__(self) -> str:
+        """What forms and helps show."""
+        return f"{self.group}: {self.title}"
+
 
 def _depth(name: str, units: float = 1.0) -> Content:
     return lambda completion, image: encode_depth(name, completion.depth, units)

@@ -2,119 +2,107 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
+from ..data.declarations import ParameterSet, declare, with_documented_parameters
 from ..data.frame import RGBDFrame
-from ..data.points import AXES
-from ..errors import ParameterError
-from ..io.clouds import UNITS_PER_METRE
 from ..sources.frame_ref import RECORD_FILE
 from . import files
 from .formats import FORMATS
 from .run import Run
 
-DEPTH_FILES = {"png": "depth.png", "tiff": "depth.tiff", "npy": "depth.npy"}
+_DEPTH_FORMATS = {"png": "PNG, 16 bit", "tiff": "TIFF, float32 metres", "npy": "NPY, float32 metres"}
+_CLOUD_FORMATS = {
+    "ply": "PLY, binary",
+    "ply-ascii": "PLY, text",
+    "pcd": "PCD",
+    "xyz": "XYZ, no colour",
+    "xyzrgb": "XYZRGB",
+}
+_MESH_FORMATS = {"glb": "GLB, for viewers and browsers", "ply": "PLY, with all attributes", "obj": "OBJ, text"}
+
+DEPTH_FILES = {name: f"depth.{name}" for name in _DEPTH_FORMATS}
 """Depth format -> file name. PNG is 16 bit in `depth_units`; TIFF and NPY are float32 metres."""
 
-ALIGNED_FILES = {"png": "depth_aligned.png", "tiff": "depth_aligned.tiff", "npy": "depth_aligned.npy"}
+ALIGNED_FILES = {name: f"depth_aligned.{name}" for name in _DEPTH_FORMATS}
 """Depth format -> file name of depth aligned to colour after completion in the depth camera's view."""
 
-ERROR_FILES = {"png": "expected_error.png", "tiff": "expected_error.tiff", "npy": "expected_error.npy"}
+ERROR_FILES = {name: f"expected_error.{name}" for name in _DEPTH_FORMATS}
 """Depth format -> file name of the expected error, in the same units."""
 
-CLOUD_FILES = {
-    "ply": "cloud.ply",
-    "ply-ascii": "cloud.ply",
-    "pcd": "cloud.pcd",
-    "xyz": "cloud.xyz",
-    "xyzrgb": "cloud.xyzrgb",
-}
+CLOUD_FILES = {name: f"cloud.{name.removesuffix('-ascii')}" for name in _CLOUD_FORMATS}
 """Point cloud format -> file name."""
 
-MESH_FILES = {"ply": "mesh.ply", "obj": "mesh.obj", "glb": "mesh.glb"}
+MESH_FILES = {name: f"mesh.{name}" for name in _MESH_FORMATS}
 """Mesh format -> file name."""
 
 WORLD = "world"
-CLOUD_AXES = (*AXES, WORLD)
-CLOUD_UNITS = tuple(UNITS_PER_METRE)
 
 _LONGEST_NAME = 60
 """Maximum number of characters of a frame's name in file names, which are limited to 255 bytes."""
 
 
+DEPTH, RUN, SPACE, OTHERS = "Completed depth", "Blocks and run", "Point cloud and mesh", "Files of other programs"
+"""Groups of the options."""
+
+
+@with_documented_parameters
 @dataclass(frozen=True)
-class ExportOptions:
-    """The files that an export writes, and their formats.
+class ExportOptions(ParameterSet):
+    """The files that an export writes, and their formats."""
 
-    Parameters
-    ----------
-    depth_formats : tuple of str
-        Formats of the completed depth: any of "png" (uint16), "tiff" and "npy" (float32 metres).
-    depth_units : float
-        Units per metre of the 16-bit PNG: 1000 for millimetres.
-    expected_error : bool
-        For every depth file, a file of the same format and units with the expected error of the filled pixels; and a
-        mask of the unsupported ones.
-    labels, curves : bool
-        The label map as PNG; the record of every iteration as CSV.
-    cloud : str or None
-        Format of the point cloud: "ply" (binary), "ply-ascii", "pcd", "xyz", "xyzrgb"; None for no cloud.
-    axes : str
-        Axes of cloud and mesh: "camera" (x right, y down, z forward), "y-up" (x right, y up, z backward), or "world",
-        by the frame's pose.
-    cloud_unit : str
-        Unit of cloud and mesh: "m" or "mm".
-    run_record : bool
-        `run.json`, which replays the run.
-    mesh : str or None
-        Format of the mesh, cut at depth jumps: "ply", "obj", "glb" (always y up, in metres); None for no mesh.
-    normals : bool
-        Write normals of cloud and mesh.
-    drop_flying : bool
-        Leave flying points between surfaces out of cloud and mesh.
-    exports : tuple of str
-        Files of other programs, any of `FORMATS`.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown format, axes or unit, or depth units that are not a positive number.
-    """
-
-    depth_formats: tuple[str, ...] = ("png", "npy")
-    depth_units: float = 1000.0
-    expected_error: bool = True
-    labels: bool = True
-    curves: bool = True
-    cloud: str | None = "ply"
-    axes: str = "camera"
-    cloud_unit: str = "m"
-    run_record: bool = True
-    mesh: str | None = None
-    normals: bool = False
-    drop_flying: bool = False
-    exports: tuple[str, ...] = field(default=(), metadata={"optional": True})
-
-    def __post_init__(self) -> None:
-        for name in ("exports", "depth_formats"):
-            object.__setattr__(self, name, tuple(dict.fromkeys(getattr(self, name))))
-        known: tuple[tuple[tuple[str | None, ...], Collection[str | None], str], ...] = (
-            (self.exports, FORMATS, "export format"),
-            (self.depth_formats, DEPTH_FILES, "depth format"),
-            ((self.cloud,), (*CLOUD_FILES, None), "point cloud format"),
-            ((self.mesh,), (*MESH_FILES, None), "mesh format"),
-            ((self.axes,), CLOUD_AXES, "axes of the point cloud"),
-            ((self.cloud_unit,), CLOUD_UNITS, "unit of the point cloud"),
-        )
-        for values, choices, what in known:
-            for value in values:
-                if value not in choices:
-                    raise ParameterError(f"There is no {what} {value!r}. Known: {', '.join(filter(None, choices))}.")
-        if not (math.isfinite(self.depth_units) and self.depth_units > 0):
-            raise ParameterError(f"Depth units must be a positive number per metre, as 1000, not {self.depth_units!r}.")
+    depth_formats: tuple[str, ...] = declare(
+        ("png", "npy"), "Formats", "Formats of the depth files: PNG has 16 bits, TIFF and NPY are float32 metres.",
+        DEPTH,
+        choices=_DEPTH_FORMATS,
+    )  # fmt: skip
+    depth_units: float = declare(
+        1000.0, "Units of the PNG per metre", "Units per metre of depth.png: 1000 for millimetres.", DEPTH,
+        needs=("png",), flag="--png-units", minimum=1e-6, maximum=1e9,
+    )  # fmt: skip
+    expected_error: bool = declare(
+        True, "Expected error as well (expected_error.*)", "The expected error of the filled pixels, in the format and "
+        "units of each depth file, and as values of point cloud and mesh; and a mask of the unsupported pixels. "
+        "Over many frames, about 68 % of the true errors lie within it (not calibrated for extrapolated pixels).",
+        DEPTH, needs=("result", "depth"),
+    )  # fmt: skip
+    labels: bool = declare(True, "Blocks as label map (blocks.png)", "The label map as PNG.", RUN, flag="")
+    curves: bool = declare(
+        True, "Convergence curves (curves.csv)", "The record of every iteration.", RUN, flag="", needs=("result",)
+    )
+    cloud: str | None = declare(
+        "ply", "Write the point cloud", "Format of the point cloud. It has all points, also those that the 3D view "
+        "leaves out; PLY and PCD contain for each its expected error (0 where depth was measured), whether it was "
+        "filled, its block, and whether it is unsupported, which CloudCompare shows as scalar fields.", SPACE,
+        or_none=True, needs=("camera",), choices=_CLOUD_FORMATS,
+    )  # fmt: skip
+    axes: str = declare(
+        "camera", "Axes", "Axes of point cloud and mesh: camera (x right, y down, z forward), y-up, or world (needs a "
+        "pose).", SPACE, needs=("space",),
+        choices={
+            "camera": "Camera: x right, y down, z forward", "y-up": "Y up: x right, y up, z backward",
+            WORLD: "World: by the frame's pose",
+        },
+    )  # fmt: skip
+    cloud_unit: str = declare(
+        "m", "Unit", "Unit of point cloud and mesh.", SPACE, needs=("space",),
+        choices={"m": "Metres", "mm": "Millimetres"},
+    )  # fmt: skip
+    run_record: bool = declare(True, "Run record (run.json)", "What a replay of the run needs.", RUN, flag="")
+    mesh: str | None = declare(
+        None, "Write a mesh, cut where depth jumps", "Format of the mesh. It is cut at depth jumps; GLB is always in "
+        "metres with y up.", SPACE, or_none=True, needs=("camera",),
+        choices=_MESH_FORMATS,
+    )  # fmt: skip
+    normals: bool = declare(False, "Normals", "Normals of point cloud (not XYZ) and mesh.", SPACE, needs=("space",))
+    drop_flying: bool = declare(
+        False, "Remove flying points", "Leave points between two surfaces out of point cloud and mesh; the depth files "
+        "keep them.", SPACE, needs=("space",),
+    )  # fmt: skip
+    exports: tuple[str, ...] = declare(
+        (), "Formats", "Files of other programs.", OTHERS, flag="", choices=FORMATS, optional=True
+    )
 
     def filenames(self) -> tuple[str, ...]:
         """Names of the selected files; `ilf.run.writing.filenames` adds those that depend on the run."""

@@ -22,7 +22,6 @@ from .._runtime.writing import check_writable, move_into_place, staging, write_b
 from ..completion.confidence.expected_error import expected_error, unsupported
 from ..completion.confidence.model import default_edges
 from ..data.camera import REMEDY
-from ..data.declarations import check_names
 from ..data.flying_points import flying_points
 from ..data.frame import FrameInputs, RGBDFrame
 from ..data.points import in_world, point_cloud
@@ -251,8 +250,7 @@ def save(
     folder: str | os.PathLike[str], completion: Completion, options: ExportOptions | None, **changes: Any
 ) -> Written:
     """Write a completion as `Completion.save` does."""
-    check_names(changes, [known.name for known in dataclasses.fields(ExportOptions)])
-    chosen, notes = replace(options or ExportOptions(), **changes), tuple[str, ...]()
+    chosen, notes = (options or ExportOptions()).replace(**changes), tuple[str, ...]()
     if options is None and "cloud" not in changes:
         chosen, notes = drop_impossible_cloud(chosen, completion.frame, ": make the frame with intrinsics=")
     written = write(folder, completion.run, completion, chosen)

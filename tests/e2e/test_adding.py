@@ -85,33 +85,39 @@ def test_a_new_exporter_is_one_function_and_one_line(tmp_path, monkeypatch, wind
     open_frame(window, qtbot, *files)
     exporting = window.feature(ExportFeature)
     exporting.ask()
-    box = exporting.files.exports["txt"]
-    assert (box.text(), box.isVisible(), box.isEnabled()) == ("A line for each block", True, True)
+    box = exporting.files.fields["exports"].boxes["txt"]
+    assert (box.text(), box.isVisible(), box.isEnabled()) == ("blocks: A line for each block", True, True)
     box.click()
     assert "blocks.txt" in exporting.message.text()
     assert exporting.request().options.exports == ("txt",)
 
 
-_DECLARED = '    sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)\n'
-
-_PROGRAM = f"""
+_PROGRAM = """
 import contextlib, importlib.util, json, sys
 from pathlib import Path
-import ilf.data
-spec = importlib.util.find_spec("ilf.data.parameters")
-before, head, after = Path(spec.origin).read_text().partition("class Parameters(ParameterSet):")
-docstring, end, fields = after.partition('    \"\"\"\\n\\n')
-ilf.data.parameters = sys.modules[spec.name] = module = importlib.util.module_from_spec(spec)
-exec(before + head + docstring + end + {_DECLARED!r} + fields, vars(module))
+import ilf.data, ilf.run
+
+def declare(package, name, kind, line):
+    spec = importlib.util.find_spec(f"{package.__name__}.{name}")
+    before, head, after = Path(spec.origin).read_text().partition(f"class {kind}(ParameterSet):")
+    docstring, end, fields = after.partition('\"\"\"\\n\\n')
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    setattr(package, name, module)
+    exec(before + head + docstring + end + f"    {line}\\n" + fields, vars(module))
+
+sharpening = 'sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)'
+declare(ilf.data, "parameters", "Parameters", sharpening)
+declare(ilf.run, "options", "ExportOptions", 'sheet: bool = declare(False, "Sheet", "A sheet.", "Blocks and run")')
 
 import ilf
 from ilf.cli import main
 from ilf.data.parameters import Parameters
 rgb, depth, out = sys.argv[1:]
-assert main(["complete", rgb, depth, "--sharpening", "3", "--max-iterations", "3", "--out", out]) == 0
+assert main(["complete", rgb, depth, "--sharpening", "3", "--sheet", "--max-iterations", "3", "--out", out]) == 0
 with contextlib.suppress(SystemExit):
     main(["complete", rgb, depth, "--sharpening", "10", "--out", out])
-print(json.loads(Path(out, "run.json").read_text())["parameters"]["sharpening"])
+record = json.loads(Path(out, "run.json").read_text())
+print(record["parameters"]["sharpening"], record["export"]["sheet"])
 print(ilf.preset(sharpening=2).sharpening, "sharpening : float, 0 to 9 m" in Parameters.__doc__)
 
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox
@@ -122,6 +128,13 @@ form.all_button.click()
 editor = form.findChild(QDoubleSpinBox, "sharpening")
 editor.setValue(4)
 print(form.parameters().sharpening, editor.maximum(), editor.suffix())
+
+from PySide6.QtWidgets import QCheckBox
+from gui.features.export.files import FilesForm
+files = FilesForm()
+(box,) = [box for box in files.findChildren(QCheckBox) if box.text() == "Sheet"]
+box.setChecked(True)
+print(files.options().sheet, box.toolTip())
 """
 
 
@@ -132,7 +145,7 @@ def test_a_new_option_is_one_declaration(tmp_path):
         [sys.executable, "-c", _PROGRAM, *files], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-3:] == ["3.0", "2.0 True", "4.0 9.0  m"]
+    assert done.stdout.splitlines()[-4:] == ["3.0 True", "2.0 True", "4.0 9.0  m", "True A sheet."]
     assert "sharpening must lie between 0 and 9 m, not 10" in done.stderr
 
 

@@ -195,6 +195,18 @@ def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_on
     assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")
 
 
+def test_exports_of_another_data_set_are_proposed_beside_its_own_frames(listed, qtbot, tmp_path, small_frame):
+    feature = listed.feature(ExportFeature)
+    _export(listed, qtbot, tmp_path / "elsewhere" / "all", Scope.ALL)
+    (tmp_path / "run").mkdir()
+    for name in NAMES[:2]:
+        write_frame(tmp_path / "run" / name, small_frame)
+    loaded(listed, qtbot, listed.documents.open_paths, [tmp_path / "run"])
+    for command, name in (("export_all", "export"), ("batch", "batch")):
+        listed.actions_[command].trigger()
+        assert feature.folder_path.text() == str(tmp_path / "run" / name)
+
+
 def test_what_comes_of_folders_of_colour_and_depth_is_proposed_beside_both(window, qtbot, frame_folder, tmp_path):
     files = [tmp_path / "walk" / kind / "1.png" for kind in ("rgb", "depth")]
     for name, file in zip(("rgb.png", "depth.png"), files, strict=True):

@@ -110,7 +110,7 @@ def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_the
     dialog = feature = opened.feature(ExportFeature)
     for units, before, after in (
         ("500", "steps of 2 mm, the input has 1 mm", "steps of 2 mm"),
-        ("50000", "clips", "clipped"),
+        ("50000", "clipped", "clipped"),
     ):
         dialog.files.png_units.setEditText(units)
         assert before in dialog.files.png_note.text()

@@ -63,7 +63,7 @@ def test_a_report_is_written_as_page_and_as_pdf_or_not_at_all(opened, qtbot, run
     opened.actions_["report"].trigger()
     assert dialog.scope.currentText() == "This frame: two-planes"
     assert dialog.scope.itemText(dialog.scope.findData(Scope.WORKED_ON)).endswith(": 0")
-    assert "writes two-planes-report.html." in dialog.message.text()
+    assert "two-planes-report.html." in dialog.message.text()
     dialog.widget.close()
     document = opened.workspace.current
     label = next(iter(document.counts()))

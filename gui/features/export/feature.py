@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSignalBlocker, Qt, QUrl
+from PySide6.QtCore import QSettings, QSignalBlocker, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QStandardItemModel
 from PySide6.QtWidgets import (
     QDialog,
@@ -29,11 +29,12 @@ from ilf._runtime.formatting import counted
 from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import some
 from ilf.data.results import Completion
-from ilf.errors import ParameterError
+from ilf.errors import IlfError, ParameterError
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
 from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
 from ilf.run.run import Run
+from ilf.run.writing import check_cloud_and_mesh
 
 from ...base import theme
 from ...state.entries import Entry
@@ -76,6 +77,9 @@ _FROM_FILES = (
     "Blocks are extracted, and edits in this window are not used. Starting again resumes: completed frames are "
     "skipped. manifest.csv lists the result of each frame."
 )
+_FRAMES_KEY = "export/frames"
+"""Settings key of the folder of the frames of the last export of several."""
+
 _MAX_NAMED = 3
 _OF_SEVERAL = "Blocks without a result are run first. Frames unchanged since an earlier export are skipped."
 
@@ -97,7 +101,7 @@ class ExportFeature(Panel):
         self._proposed = ""
         self._export: Export | None = None
         """The export in progress."""
-        self._total = 0
+        self._total = 1
         self._done: list[ExportedFrame] = []
         self._ids: dict[str, str] = {}
         """Name of a folder -> id of its frame, while frames are completed from their files."""
@@ -220,11 +224,13 @@ class ExportFeature(Panel):
         self._turn()
 
     def request(self) -> Export:
-        """Return what the user wants; ParameterError if nothing can be exported like this."""
+        """Return what the user wants; ParameterError or InputError if nothing can be exported like this."""
         from_files, scope, folder = bool(self.source.currentData()), Scope(self.scope.currentData()), self._folder()
         name = "" if scope != Scope.THIS or self._run is None else f"{as_file_name(self._run.frame.name)}-"
         writes_report = self.report.isChecked() and not from_files
         options = self.files.options()
+        if scope == Scope.THIS and not from_files and self._run is not None:
+            check_cloud_and_mesh(self._run.frame, options)
         if not self.folder_path.text().strip():
             raise ParameterError("Choose a target folder.")
         if folder.exists() and not folder.is_dir():
@@ -256,7 +262,7 @@ class ExportFeature(Panel):
         self._allow()
         try:
             text, lacks, tone = *self._plan(self.request()), "muted"
-        except ParameterError as error:
+        except IlfError as error:
             text, lacks, tone = str(error), "", "error"
         self.export_button.setEnabled(tone == "muted")
         self.message.show_message(text, tone)
@@ -267,16 +273,15 @@ class ExportFeature(Panel):
         record = [RECORD_FILE] * export.from_files
         report = [] if export.report is None else [export.report.name]
         files = ", ".join(dict.fromkeys([*self.files.names(), *record, *report]))
-        if export.from_files:
-            return f"Writes a folder per frame with {files}. {_FROM_FILES}", ""
-        if export.scope != Scope.THIS:
+        if export.from_files or export.scope != Scope.THIS:
             folders = counted(len(self._entries(export.scope)), "folder")
-            text = f"Writes {folders}, one per frame, with {files}, as far as the frame has them. {_OF_SEVERAL}"
-            return text, ""
-        text = f"Writes {files}." if export.folder.is_dir() else f"Creates the folder, writes {files}."
+            more = _FROM_FILES if export.from_files else _OF_SEVERAL
+            return f"Writes {folders}, one per frame, with {files}. {more}", ""
         if self._completion is None:
-            return text, "No block has been run in its current state: the input depth is exported."
-        return text, behind(self.context.workspace.current)
+            lacks = "No block has been run in its current state: the input depth is exported."
+        else:
+            lacks = behind(self.context.workspace.current)
+        return f"Writes {files}.", lacks
 
     def _turn(self) -> None:
         """Offer what belongs to the chosen frames and to where their depth is from."""
@@ -293,19 +298,26 @@ class ExportFeature(Panel):
         self.update_message()
 
     def _proposal(self, is_this: bool, from_files: bool) -> str:
-        """Return the folder to propose: where such exports were written last, or beside the frame's files."""
-        name, path = "batch" if from_files else "export", Path()
-        if self._run is not None:
-            frame, inputs = self._run.frame, self._run.frame.inputs
-            name = output_folder_name(frame.name) if is_this and not from_files else name
-            if inputs is not None and not is_address(inputs.rgb.path):
-                path = Path(inputs.rgb.path)
-                if path.parent != Path(inputs.depth.path).parent:
-                    path = path.parent  # beside the folders of colour and depth
-                if not is_this and path.parent.name == frame.name:
-                    path = path.parent  # beside the folders of the frames, not in one of them
-        beside = "" if path == Path() else str(path)
-        return str(save_folder(beside, EXPORTS if is_this else EXPORTS_OF_FRAMES) / name)
+        """Return the folder to propose: where these frames were exported last, or beside their files."""
+        name, beside = "batch" if from_files else "export", self._beside(is_this)
+        if is_this and not from_files and self._run is not None:
+            name = output_folder_name(self._run.frame.name)
+        kind = EXPORTS if is_this else EXPORTS_OF_FRAMES
+        if not is_this and QSettings().value(_FRAMES_KEY) != str(Path(beside).parent):
+            kind = ""  # those were frames of another data set
+        return str(save_folder(beside, kind) / name)
+
+    def _beside(self, is_this: bool) -> str:
+        """Return the path beside which exports of the current frame, or of many like it, are proposed; "" for none."""
+        inputs = None if self._run is None else self._run.frame.inputs
+        if self._run is None or inputs is None or is_address(inputs.rgb.path):
+            return ""
+        path = Path(inputs.rgb.path)
+        if path.parent != Path(inputs.depth.path).parent:
+            path = path.parent  # beside the folders of colour and depth
+        if not is_this and path.parent.name == self._run.frame.name:
+            path = path.parent  # beside the folders of the frames, not in one of them
+        return str(path)
 
     def _allow(self) -> None:
         for part in (self._form, self.files, self.report_page, self.batch_page, self.export_button):
@@ -345,7 +357,7 @@ class ExportFeature(Panel):
     def start(self, export: Export) -> None:
         """Export in the background; none may be in progress."""
         workspace, entries = self.context.workspace, self._entries(export.scope)
-        self._export, self._total, self._done, self._ids = export, 0, [], {}
+        self._export, self._total, self._done, self._ids = export, 1, [], {}
         parts: list[Iterator[Step]] = []
         if export.from_files:
             frames = batch_frames(workspace.entries)
@@ -353,21 +365,25 @@ class ExportFeature(Panel):
             self._ids = {frame.folder: id for id, frame in only.items()}
             settings = settings_of(workspace.parameters, replace(export.options, run_record=True))
             parts.append(batch_steps(export, list(frames.values()), list(only.values()), settings))
-            self._total = len(only)
+            self._total = len(only) or 1
         elif export.options.filenames():
             parts.append(export_frames(self._frames(export.scope), export.folder, export.options))
             self._total = len(entries)
         if export.report is not None:
             subjects = subjects_of(entries, self.context.recorder.store, workspace.parameters.for_all)
             parts.append(report_file_steps(export.report, subjects, export.test))
-        remember_folder(EXPORTS if export.scope == Scope.THIS else EXPORTS_OF_FRAMES, export.folder)
+        if export.scope == Scope.THIS:
+            remember_folder(EXPORTS, export.folder)
+        else:
+            remember_folder(EXPORTS_OF_FRAMES, export.folder)
+            QSettings().setValue(_FRAMES_KEY, str(Path(self._beside(is_this=False)).parent))
 
         def job() -> Generator[Step, None, str]:
             for steps in parts:
                 yield from steps
             return ""
 
-        what = f"an export of {counted(max(self._total, 1), 'frame')}"
+        what = f"an export of {counted(self._total, 'frame')}"
         self.requests.ask(job, self._end, step=self._take, what=what)
         self.results.clear()
         self.retry.setChecked(False)
@@ -396,11 +412,10 @@ class ExportFeature(Panel):
         self._show_frames()
 
     def _show_frames(self) -> None:
-        count, left = len(self._done), self._total - len(self._done)
-        written = sum(frame.status is ExportStatus.WRITTEN for frame in self._done)
-        self.work.show_share(count / max(self._total, 1), written / max(written + left, 1))
-        self.message.show_message(f"{count} of {counted(self._total, 'frame')}")
-        self._status.show_exporting(f"Exporting {count} of {max(self._total, 1)}")
+        count, total = len(self._done), self._total
+        self.work.show_share(count / total)
+        self.message.show_message(f"{count} of {counted(total, 'frame')}")
+        self._status.show_exporting(f"Exporting {count} of {total}")
 
     def _end(self, text: str = "") -> None:
         """Say what was written, and what was not; also in the log, and in one message if the dialog is closed."""

@@ -50,8 +50,8 @@ def pdf_of(report: Report) -> bytes:
 
 
 def _keep_together(document: QTextDocument, writer: QPdfWriter) -> None:
-    """Begin a page before each heading and title that a page's end would part from what follows, and before each row of
-    a table that it would tear."""
+    """Lower each heading that a page's end would part from what follows, and each row of a table that it would tear, to
+    the next page."""
     printed = document.clone()  # as `print_` lays it out
     layout = printed.documentLayout()
     layout.setPaintDevice(writer)
@@ -61,55 +61,40 @@ def _keep_together(document: QTextDocument, writer: QPdfWriter) -> None:
     printed.setPageSize(QSizeF(writer.width(), writer.height()))
     pixel, height = writer.logicalDpiY() / 96, writer.height()
     block, twin = printed.begin(), document.begin()
-    while block.next().isValid():
-        top, bottom = _row_at(block, layout)
+    while block.isValid():
+        top = layout.blockBoundingRect(block).top()
         end = (top // height + 1) * height - _MARGIN * pixel  # of the page
-        if top < end < bottom:
+        if top < end < _bottom(block, layout) < end + height:
             for start in (block, twin):
-                _lower_row(QTextCursor(start), (end - top) / pixel)
-        ends = (layout.blockBoundingRect(each).bottom() + _MARGIN * pixel for each in (block, block.next()))
-        page, next_page = (int((end - 1) // height) for end in ends)  # of its last line
-        if block.blockFormat().headingLevel() and page != next_page:
-            _begin_page(QTextCursor(block))
-            _begin_page(QTextCursor(twin))
+                _lower(QTextCursor(start), (end - top) / pixel)
         block, twin = block.next(), twin.next()
 
 
-def _row_at(block: QTextBlock, layout: QAbstractTextDocumentLayout) -> tuple[float, float]:
-    """Top and bottom of the row of a table of several that begins with a block; zeros where none does."""
+def _bottom(block: QTextBlock, layout: QAbstractTextDocumentLayout) -> float:
+    """Bottom of what must be on one page with a block: the row of a table that it begins, what follows a heading."""
     cursor = QTextCursor(block)
     table = cursor.currentTable()
-    if not table or table.rows() == 1 or (first := table.cellAt(cursor)).column() > 0:
-        return 0.0, 0.0
-    if first.firstCursorPosition() != cursor:
-        return 0.0, 0.0
-    cells = [table.cellAt(first.row(), column) for column in range(table.columns())]
-    ends = (layout.blockBoundingRect(cell.lastCursorPosition().block()).bottom() for cell in cells)
-    return layout.blockBoundingRect(block).top(), max(ends)
+    last = [block]
+    if table and table.cellAt(cursor).firstCursorPosition() == cursor and table.cellAt(cursor).column() == 0:
+        row = table.cellAt(cursor).row()
+        last = [table.cellAt(row, column).lastCursorPosition().block() for column in range(table.columns())]
+    bottom = max(layout.blockBoundingRect(each).bottom() for each in last)
+    if block.blockFormat().headingLevel() and block.next().isValid():
+        bottom = max(bottom, _bottom(block.next(), layout))
+    return bottom
 
 
-def _lower_row(cursor: QTextCursor, by: float) -> None:
-    """Lower the content of a table's row [px]."""
+def _lower(cursor: QTextCursor, by: float) -> None:
+    """Begin a page at a block, which is so much lower [px]; in a table, lower the content of its row."""
     table = cursor.currentTable()
+    if not table:
+        heading = cursor.blockFormat()
+        heading.setPageBreakPolicy(QTextFormat.PageBreakFlag.PageBreak_AlwaysBefore)
+        cursor.setBlockFormat(heading)
+        return
     row = table.cellAt(cursor).row()
     for column in range(table.columns()):
         cell = table.cellAt(row, column)
         form = cell.format().toTableCellFormat()
         form.setTopPadding(form.topPadding() + by)
         cell.setFormat(form)
-
-
-def _begin_page(cursor: QTextCursor) -> None:
-    """Begin a page at a heading; in a table, before the table and its own heading."""
-    breaks = QTextFormat.PageBreakFlag.PageBreak_AlwaysBefore
-    if table := cursor.currentTable():
-        cursor.setPosition(table.firstPosition() - 1)
-        cursor.movePosition(QTextCursor.MoveOperation.PreviousCharacter)
-    if table and not cursor.blockFormat().headingLevel():
-        form = table.format()
-        form.setPageBreakPolicy(breaks)
-        table.setFormat(form)
-    else:
-        heading = cursor.blockFormat()
-        heading.setPageBreakPolicy(breaks)
-        cursor.setBlockFormat(heading)

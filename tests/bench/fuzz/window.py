@@ -36,7 +36,7 @@ def settings(folder: Path) -> list[bytes]:
     chosen = QSettings()
     values: dict[str, object] = {
         "window/geometry": window.saveGeometry(),
-        "export/options": json.dumps({"cloud": "ply"}),
+        "export/files": json.dumps({"cloud": "ply"}),
         "export/folder": str(folder),
         "open/folder": str(folder),
         "shortcuts/Open": "Ctrl+K, Ctrl+O",

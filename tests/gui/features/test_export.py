@@ -48,14 +48,19 @@ def make(context, tmp_path, small_frame, small_labels, monkeypatch):
     return make
 
 
+def box(dialog: ExportFeature, name: str, choice: str = ""):
+    """What is ticked for an option."""
+    return dialog.files.fields[name].boxes[choice]
+
+
 def accept(dialog: ExportFeature) -> None:
     dialog.begin_export(dialog.request())
 
 
 def test_choices_are_remembered_when_exported_only(make):
     dialog = make()
-    dialog.files.depths["tiff"].setChecked(True)
-    dialog.files.cloud_format.setCurrentText("PCD")
+    box(dialog, "depth_formats", "tiff").setChecked(True)
+    dialog.files.fields["cloud"].choice.setCurrentText("PCD")
     dialog.files.png_units.setEditText("5000")
     chosen = dialog.files.options()
     dialog.widget.reject()
@@ -66,16 +71,16 @@ def test_choices_are_remembered_when_exported_only(make):
 
 def test_files_of_other_programs_are_offered_where_the_frame_has_what_they_need(make):
     dialog = make()
-    for box in dialog.files.exports.values():
-        assert box.isEnabled()
-        box.setChecked(True)
+    for each in dialog.files.fields["exports"].boxes.values():
+        assert each.isEnabled()
+        each.setChecked(True)
     assert dialog.files.options().exports == tuple(FORMATS)
     names = dialog.files.names()
     assert all(format.file in names for format in FORMATS.values())
     accept(dialog)
     without = make(has_intrinsics=False)
     assert without.files.options().exports == ("exr", "tum.png", "palette.png", "coco.json", "labelme.json")
-    assert "no camera intrinsics" in without.files.exports["camera.json"].toolTip()
+    assert "no camera intrinsics" in box(without, "exports", "camera.json").toolTip()
     accept(without)
     again = make()
     assert (again.files.options().exports, again.files.options().cloud) == (tuple(FORMATS), "ply")
@@ -102,23 +107,22 @@ def test_a_hold_out_that_is_chosen_in_one_place_is_so_in_all(qtbot):
 
 def test_a_mesh_with_or_without_a_cloud(make):
     dialog = make()
-    dialog.files.mesh.setChecked(True)
+    box(dialog, "mesh").setChecked(True)
     assert "mesh.glb" in dialog.message.text()
-    dialog.files.mesh_format.setCurrentText("OBJ, text")
-    dialog.files.normals.setChecked(True)
-    dialog.files.drop_flying.setChecked(True)
+    dialog.files.fields["mesh"].choice.setCurrentText("OBJ, text")
+    box(dialog, "normals").setChecked(True)
+    box(dialog, "drop_flying").setChecked(True)
     assert dialog.files.options() == ExportOptions(mesh="obj", normals=True, drop_flying=True)
-    dialog.files.cloud.setChecked(False)
-    assert dialog.files.axes.isEnabled()
-    assert dialog.files.drop_flying.isEnabled()
+    box(dialog, "cloud").setChecked(False)
+    assert dialog.files.fields["axes"].choice.isEnabled()
+    assert box(dialog, "drop_flying").isEnabled()
     accept(dialog)
     assert make().files.options() == ExportOptions(cloud=None, mesh="obj", normals=True, drop_flying=True)
     without = make(has_intrinsics=False)
     assert without.files.options() == ExportOptions(cloud=None)
-    assert not any(
-        field.isEnabled()
-        for field in (without.files.mesh, without.files.mesh_format, without.files.normals, without.files.axes)
-    )
+    fields = without.files.fields
+    controls = box(without, "mesh"), fields["mesh"].choice, box(without, "normals"), fields["axes"].choice
+    assert not any(control.isEnabled() for control in controls)
     accept(without)
     assert make().files.options().mesh == "obj"
 
@@ -127,7 +131,7 @@ def test_without_result_no_curves_and_a_word_about_it(make):
     dialog = make(has_result=False)
     assert not dialog.files.options().curves
     assert not dialog.files.options().expected_error
-    assert not dialog.files.expected_error.isEnabled()
+    assert not box(dialog, "expected_error").isEnabled()
     assert "No block has been run" in dialog.warning.text()
 
 
@@ -147,8 +151,18 @@ def test_units_that_are_no_number_are_refused(make, units):
         dialog.files.options()
 
 
+def test_world_axes_need_a_pose(make):
+    dialog = make()
+    axes = dialog.files.fields["axes"].choice
+    axes.setCurrentIndex(axes.findData("world"))
+    assert "pose" in dialog.message.text()
+    assert not dialog.export_button.isEnabled()
+    box(dialog, "cloud").setChecked(False)
+    assert dialog.export_button.isEnabled()
+
+
 def test_settings_of_another_version_do_no_harm(make):
-    QSettings().setValue("export/options", '{"depth_formats": ["exr"], "colour": 1}')
+    QSettings().setValue("export/files", '{"depth_formats": ["exr"], "colour": 1}')
     assert make().files.options() == ExportOptions()
 
 

@@ -254,7 +254,7 @@ def test_every_declared_parameter_has_a_flag(kind, prefix):
             words = [flag if value else flag.replace("--", "--no-", 1)]
         else:
             value = declaration.maximum if declaration.kind is not str else "mine"
-            value = declaration.choices[-1] if declaration.choices else declaration.kind(value)
+            value = [*declaration.choices][-1] if declaration.choices else declaration.kind(value)
             words = [f"{prefix}{name.replace('_', '-')}", str(value)]
         arguments = build_parser().parse_args(["complete", "a", "b", *words])
         assert parsing.given_parameters(arguments, kind) == {name: value}
@@ -297,8 +297,6 @@ def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(com
         (["complete", "in/rgb.png", "in/depth.png", "--out", "in"], "own file"),
         (["complete", "in/rgb.png", "in/depth.png", "--blocks", "in/rgb.png"], "label map"),
         (["complete", "in/rgb.png", "in/depth.png", "--blocks-margin", "40"], "no blocks"),
-        (["complete", "in/rgb.png", "in/depth.png", "--png-units", "0"], "positive"),
-        (["complete", "in/rgb.png", "in/depth.png", "--depth-formats", "png,jpg"], "'jpg'"),
         (["complete", "--replay", "in/rgb.png"], "JSON"),
         (["complete", "--replay", "none.json"], "no such file"),
         (["blocks", "in/rgb.png", "in/depth.png", "--out", "missing/b.png"], "folder"),
@@ -501,10 +499,12 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("complete a b c", "not 3 paths"),
         ("complete a b --s-criteria 7", "--s-criteria"),
         ("complete a b --max-iterations many", "'many' is not a number"),
-        ("complete a b --mode magic", "mode must be one of fill, fill+denoise, not 'magic'."),
+        ("complete a b --mode magic", "'magic' is not a choice. Choose from fill, fill+denoise."),
+        ("complete a b --png-units 0", "must lie between"),
+        ("complete a b --depth-formats png,jpg", "any of png, tiff, npy, not ['png', 'jpg']."),
         ("complete a b --stop", "no option --stop."),
         ("complete a b --mesh plyy", "argument --mesh: 'plyy' is not a choice. Did you mean ply?"),
-        ("complete a b --mesh stl", "argument --mesh: 'stl' is not a choice. Choose from ply, obj, glb."),
+        ("complete a b --mesh stl", "argument --mesh: 'stl' is not a choice. Choose from glb, ply, obj."),
         ("complete a b --no-cloud --axes camera", "--no-cloud contradicts --axes: leave it out, or add --mesh."),
         ("complete a b --no-cloud --cloud ply", "--cloud: not allowed with argument --no-cloud"),
         ("complete a b --blocks c.png --blocks-dilation 2", "With --blocks nothing is extracted"),

@@ -17,7 +17,7 @@ from ilf.data.surface import Mesh
 from ilf.errors import ExportError, ParameterError
 from ilf.io.block_files import write_blocks
 from ilf.io.clouds import CLOUD_SUFFIXES, write_cloud
-from ilf.io.depth import DEPTH_SUFFIXES, png_fit, read_depth_values, write_depth
+from ilf.io.depth import DEPTH_SUFFIXES, png_losses, read_depth_values, write_depth
 from ilf.io.meshes import MESH_SUFFIXES, write_mesh
 from ilf.run.curves import encode_curves
 
@@ -162,17 +162,15 @@ def test_png_depth_is_rounded_to_the_nearest_unit(units, tmp_path):
 
 def test_clipping_is_foretold_and_told_with_the_largest_scale_that_fits(tmp_path):
     depth = np.array([[1.0, 65.5, 65.6], [70.0, np.nan, 0.0002]], np.float32)
-    assert png_fit(depth, 1000) == (70.0, 70_000, 2, 1)
     warnings = write_depth(tmp_path / "d.png", depth, 1000)
+    assert png_losses(depth, 1000) == warnings
     np.testing.assert_array_equal(read_depth_values(tmp_path / "d.png"), [[1000, 65500, 65535], [65535, 0, 0]])
     assert len(warnings) == 2
-    assert "was clipped: 2 pixels." in warnings[0]
+    assert "is clipped: 2 pixels." in warnings[0]
     assert " 936 units per metre" in warnings[0]
     assert warnings[1].startswith("Depth below half a unit")
     assert not any("beyond" in text for text in write_depth(tmp_path / "d.png", depth, 936))
-    deepest, *others = png_fit(np.full((2, 2), np.nan, np.float32), 1000)
-    assert math.isnan(deepest)
-    assert others == [0, 0, 0]
+    assert png_losses(np.full((2, 2), np.nan, np.float32), 1000) == []
 
 
 def test_missing_in_any_form_is_written_as_missing(tmp_path):
