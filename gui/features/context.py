@@ -29,7 +29,7 @@ from ..work.frame_runs import RunController
 from ..work.latest_request import Job, LatestRequest
 from ..work.refresh import Refresh
 
-_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
+_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS)
 """The parts on which it depends whether a command can be used."""
 
 _OF_FRAME = ~Need.NOT_PLAYING

@@ -30,7 +30,6 @@ from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
-from .blocks import BlockErrors
 from .frame_data import FrameData
 from .parts import NO_PART, Changes, DrawnChange, Edit, Part, Swap
 from .results import ErrorEstimate, FrameResults, Preview, same_layers
@@ -489,12 +488,6 @@ class Document(FrameData):
         for kept in self.state.runs:
             kept.ground_truth_error = None
         self.touch(Part.GROUND_TRUTH)
-
-    def set_block_errors(self, errors: BlockErrors) -> None:
-        """Set the known errors of blocks."""
-        if errors != self.block_errors:
-            self.block_errors = errors
-            self.note(Part.BLOCK_ERRORS)
 
     # results
 

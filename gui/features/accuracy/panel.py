@@ -237,7 +237,7 @@ class AccuracyPanel(Panel):
             kept = candidate.kept
             if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
-        self.context.refresh.mark("block errors")
+        self.context.refresh.mark("Blocks")  # its column of errors
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""

@@ -1,11 +1,16 @@
-"""The blocks of the current frame: their table, their commands, and the context menus of table and views."""
+"""The blocks of the current frame: their table with their errors, their commands, and the context menus."""
 
 from __future__ import annotations
 
 import math
 import random
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
+from weakref import WeakValueDictionary
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
 
@@ -13,15 +18,17 @@ from ilf._runtime.formatting import counted
 from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
+from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 
 from ...base.commands import command
 from ...base.needs import Need, sentence
-from ...state.blocks import BlockCounts
 from ...state.document import Document
+from ...state.frame_data import BlockCounts
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
 from ...work.frame_runs import FrameRuns
+from ..accuracy.panel import AccuracyPanel
 from ..context import Context
 from ..menus import BLOCK_MENU
 from ..panel import Panel
@@ -32,8 +39,11 @@ from .table import BlockRow, BlockTable
 # The rows of the table of blocks.
 
 
-def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
-    """Rows of the current frame: one per block that has pixels, or is selected for painting."""
+def block_rows(
+    document: Document, runs: FrameRuns, errors: Mapping[int, float], errors_are_expected: bool
+) -> list[BlockRow]:
+    """Rows of the current frame: one per block that has pixels, or is selected for painting; with their known errors
+    [m]."""
     results = document.valid_results()
     counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
     queued = runs.queued
@@ -46,7 +56,8 @@ def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
             label,
             document.info(label),
             count,
-            error=document.block_errors.rmse.get(label, math.nan),
+            error=errors.get(label, math.nan),
+            error_is_expected=errors_are_expected,
             look=_check_reason(document, label),
             own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
         )
@@ -96,20 +107,44 @@ def _detail(result: BlockResult, wanted: Parameters | None) -> str:
     return "\n".join(lines)
 
 
+def expected_errors(error: NDArray[np.float32], labels: NDArray[np.int32]) -> dict[int, float]:
+    """Return the root mean square of the expected error [m], float32 (H, W), NaN = unknown, over each block."""
+    known = np.isfinite(error)
+    inside = labels[known]
+    counts = np.bincount(inside)
+    sums = np.bincount(inside, np.square(error[known], dtype=np.float64))
+    there = [int(label) for label in np.flatnonzero(counts) if label]
+    return {label: float(np.sqrt(sums[label] / counts[label])) for label in there}
+
+
+_EVALUATED = Part.FRAME | Part.LABELS | Part.RESULTS | Part.SOME_RESULTS | Part.GROUND_TRUTH
+"""The parts that errors against ground truth depend on."""
 _COLOURS = 1000
 """Upper limit of the start number of shuffled colours."""
 
 
 class BlocksFeature(Panel):
-    """The table of blocks, the commands on the selected ones, and both context menus."""
+    """The table of blocks, the commands on the selected ones, and both context menus.
+
+    The errors in the table are those against ground truth; without it, those of a hold-out test that is valid; else the
+    expected ones.
+    """
 
     title, icon, group, open_at_first = "Blocks", "ph.stack", PanelGroup.WORK, True
     parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.RUNNING
-    parts |= Part.BLOCK_ERRORS
+    parts |= Part.GROUND_TRUTH | Part.EXPECTED_ERROR
     deferred = Part.SOME_RESULTS | Part.RECORDS
+    what = "evaluation against ground truth"
 
     def __init__(self, context: Context) -> None:
         self._commands = context.feature(BlockCommands)
+        self._evaluated: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
+        """A frame with ground truth, and the evaluation of its blocks."""
+        self._expected: dict[int, float] = {}
+        """Expected errors of the blocks, from the expected error `_of`."""
+        self._of: NDArray[np.float32] | None = None
+        self._results: WeakValueDictionary[int, BlockResult] = WeakValueDictionary()
+        """The results that `_expected` belongs to."""
         super().__init__(context)
         context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
@@ -131,16 +166,50 @@ class BlocksFeature(Panel):
         self.table.viewport().update()
 
     def refresh(self, parts: Part) -> None:
-        """Update the rows and the selection."""
+        """Update the rows and the selection, and have the results evaluated again if they have changed."""
         table, workspace = self.table, self.context.workspace
         self._show_hint()
         if not workspace.has_current:
             table.set_rows([])
             return
         document = workspace.current
-        table.set_rows(block_rows(document, self.context.runs.current), document.block_errors.source)
+        if parts & _EVALUATED:
+            self._evaluate(document)
+        table.set_rows(block_rows(document, self.context.runs.current, *self._errors(document)))
         if table.chosen() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
+
+    def _evaluate(self, document: Document) -> None:
+        """Have the current results evaluated, if there is ground truth."""
+        completion = None if document.frame.ground_truth is None else document.completion()
+        if completion is None:
+            self.requests.forget()
+            self._evaluated = None, {}
+        else:
+            frame, labels = document.frame, document.labels.copy()
+            self.requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
+
+    def _take(self, document: Document, evaluated: Mapping[int, Evaluation]) -> None:
+        self._evaluated = document, evaluated
+        self.redraw()
+
+    def _errors(self, document: Document) -> tuple[Mapping[int, float], bool]:
+        """Return the known errors of blocks [m], and whether they are the expected ones."""
+        if document.frame.ground_truth is not None:
+            of, found = self._evaluated
+            evaluated = found if of is document else {}
+            return {label: one.rmse for label, one in evaluated.items() if one.pixels}, False
+        outcome = self.context.feature(AccuracyPanel).outcomes.get(document)
+        if outcome is not None and (held_out := outcome.errors_of(document)):
+            return held_out, False
+        error, results = document.expected_error(), document.valid_results()
+        if error is None:  # until it is computed again: of the blocks with unchanged results
+            same = {label for label, result in results.items() if self._results.get(label) is result}
+            return {label: rmse for label, rmse in self._expected.items() if label in same}, True
+        if error is not self._of:
+            self._of, self._results = error, WeakValueDictionary(results)
+            self._expected = expected_errors(error, document.labels)
+        return self._expected, True
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""
