@@ -16,9 +16,8 @@ from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
 from ..state.document import Document
-from ..state.entries import Entry
 from ..state.parameters import SharedParameters
-from ..state.workspace import Workspace
+from ..state.workspace import Entry, Workspace
 
 # Content of a project apart from its frames' states.
 

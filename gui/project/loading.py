@@ -32,9 +32,8 @@ from ilf.sources.named_places import NotAllowed, note_opened
 from ilf.sources.reading import described_beside, read_frame
 
 from ..state.document import Document
-from ..state.entries import Entry
 from ..state.parts import Part
-from ..state.workspace import Workspace
+from ..state.workspace import Entry, Workspace
 from ..widgets.notes import Notes
 from ..widgets.notices import ACCEPT, ask, error_text
 from ..work.latest_request import Job, JobQueue

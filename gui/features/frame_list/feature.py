@@ -17,8 +17,8 @@ from ilf.sources.listing import Listing
 from ...base import theme
 from ...base.commands import command
 from ...base.needs import Need
-from ...state.entries import Entry
 from ...state.parts import Part
+from ...state.workspace import Entry
 from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ..context import Context

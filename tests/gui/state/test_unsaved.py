@@ -10,9 +10,8 @@ import pytest
 import ilf
 from gui.project.current_project import CurrentProject
 from gui.state.document import Document
-from gui.state.entries import Entry
 from gui.state.parts import Part
-from gui.state.workspace import Workspace
+from gui.state.workspace import Entry, Workspace
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
