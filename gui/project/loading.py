@@ -37,6 +37,7 @@ from ..state.workspace import Entry, Workspace
 from ..widgets.notes import Notes
 from ..widgets.notices import ACCEPT, ask, error_text
 from ..work.latest_request import Job, JobQueue
+from ..work.run_recorder import first_run
 from ..work.steps import Steps, in_steps
 from .store import WorkStore
 
@@ -245,7 +246,7 @@ class FrameLoader(QObject):
             self._workspace.open_document(document)
             self._extract_first(document, transient=entry is not None)
             return
-        self._workspace.open_document(document, run, completion=again.completion)
+        self._workspace.open_document(document, run, first=first_run(document, again.completion))
         self._report_blocks(document, _RECORDED, *run.blocks.notes)
         self.replayed.emit(document)
 

@@ -14,10 +14,9 @@ from PySide6.QtGui import QUndoGroup, QUndoStack
 
 from ilf.completion.block import Watch
 from ilf.data.blocks import OwnValues
-from ilf.data.results import Completion
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary, Stage
-from ilf.project.run_history import Extrapolation, StoredRun
+from ilf.project.run_history import StoredRun
 from ilf.run.run import Run
 from ilf.segmentation.editing.patches import patch_between
 from ilf.sources.frame_ref import FrameRef
@@ -26,7 +25,6 @@ from .document import Document
 from .parameters import DocumentParameters
 from .parts import Changes, Part, Swap
 from .results import FrameResults, ViewedIteration
-from .run_history import recorded_history
 
 
 @dataclass(eq=False)
@@ -354,21 +352,20 @@ class Workspace(Changes):
         recorded: Run | None = None,
         restored: bool = False,
         show: bool = True,
-        completion: Completion | None = None,
+        first: StoredRun | None = None,
     ) -> None:
         """Open a frame and, with `show`, make it the current one.
 
         It starts with the parameters of the current frame, or the shared ones, unless it is `restored`. With
         `recorded`, it takes the parameters and the extraction parameters of that run, and the blocks that were run are
-        selected if they are not all; with its `completion`, also the results, as the first run of the history.
+        selected if they are not all; with that run as the `first` of its history, also the results.
         """
         self.parameters.start(document, recorded, restored)
         if recorded is not None and recorded.only is not None and set(recorded.only) != set(document.counts()):
             document.change(selected=tuple(sorted(set(recorded.only))))
-        if completion is not None:
-            extrapolation = Extrapolation.of(completion) if completion.run.extrapolate else None
-            document.restore_results(list(completion.results.values()), extrapolation)
-            document.change(runs=(recorded_history(document, completion, extrapolation),), next_number=2)
+        if first is not None:
+            document.restore_results(list(first.results.values()), first.extrapolation)
+            document.change(runs=(first,), next_number=first.number + 1)
             document.note_saved(document.stamp)
         self.add(document, show)
 
