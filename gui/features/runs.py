@@ -126,7 +126,8 @@ class RunsFeature(Feature):
         return self._runs.state.free and self.context.loader.is_extracting(self._workspace.current)
 
     def _why_no_run(self) -> str:
-        return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
+        missing = (Need.BLOCKS | Need.IDLE) & self.context.missing()
+        return sentence(missing) if missing and not self._is_awaited else ""
 
     @command("run", "&Run", icon="ph.play", keys="F5", needs=Need.FRAME, why_off=_why_no_run)
     def _run(self) -> None:

@@ -127,16 +127,17 @@ class StatusFeature(Feature):
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
-        idle = self._loader.present or _NO_FRAME
         if self._workspace.has_current:
             hint = self._hint_of_cloud() or self._editor.tool.hint
             idle = " | ".join(filter(None, (selected_text(self._workspace.current), hint)))
+        else:
+            idle = self._loader.present or _NO_FRAME
         self.bar.hint.setText(self._playing or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def _hint_of_cloud(self) -> str:
         """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
-        if not (self.context.centre.shows_cloud_alone or self.context.cloud.canvas.underMouse()):
+        if self.context.views.isVisible() and not self.context.cloud.canvas.underMouse():
             return ""
         tool = self._editor.tool
         return f"{tool.hint} | {MOVES}" if tool.points_only else HINT

@@ -246,7 +246,8 @@ class FrameLoader(QObject):
             self._workspace.open_document(document)
             self._extract_first(document, transient=entry is not None)
             return
-        self._workspace.open_document(document, run, first=first_run(document, again.completion))
+        first = None if again.completion is None else first_run(document, again.completion)
+        self._workspace.open_document(document, run, first=first)
         self._report_blocks(document, _RECORDED, *run.blocks.notes)
         self.replayed.emit(document)
 

@@ -168,14 +168,17 @@ class BlocksFeature(Panel):
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection, and have the results evaluated again if they have changed."""
         table, workspace = self.table, self.context.workspace
-        self._show_hint()
         if not workspace.has_current:
             table.set_rows([])
+            self._show_hint()
             return
         document = workspace.current
         if parts & _EVALUATED:
             self._evaluate(document)
-        table.set_rows(block_rows(document, self.context.runs.current, *self._errors(document)))
+        rows = block_rows(document, self.context.runs.current, *self._errors(document))
+        table.set_rows(rows)
+        if not rows:
+            self._show_hint()
         if table.chosen() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
 
