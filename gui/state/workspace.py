@@ -88,7 +88,7 @@ class Entry:
     @property
     def unsaved(self) -> bool:
         """Whether it has changes that are not in the project file."""
-        return bool(self.unsaved_summary())
+        return bool(self._unsaved) if self.document is None else self.document.unsaved
 
     def unsaved_summary(self) -> str:
         """Return a summary of the unsaved changes, as "3 edits, 1 run"; "" for none."""

@@ -32,6 +32,7 @@ from ...widgets.basics import (
 from ...widgets.docks import PanelGroup
 from ...widgets.row_table import NumberTable
 from ...work.latest_request import LatestRequest
+from ..blocks.feature import BlocksFeature
 from ..context import Context
 from ..panel import Panel
 from .evaluation import (
@@ -237,7 +238,9 @@ class AccuracyPanel(Panel):
             kept = candidate.kept
             if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
-        self.context.refresh.mark("Blocks")  # its column of errors
+        blocks = self.context.feature(BlocksFeature)
+        blocks.held_out[document] = outcome.errors_of
+        blocks.redraw()
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from weakref import WeakValueDictionary
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,6 @@ from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
 from ...work.frame_runs import FrameRuns
-from ..accuracy.panel import AccuracyPanel
 from ..context import Context
 from ..menus import BLOCK_MENU
 from ..panel import Panel
@@ -59,7 +58,7 @@ def block_rows(
             error=errors.get(label, math.nan),
             error_is_expected=errors_are_expected,
             look=_check_reason(document, label),
-            own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
+            own=", ".join(parameter_labels(document.blocks.own[label])) if label in document.blocks.own else "",
         )
         if records:
             row = replace(row, state="running", iterations=len(records), sigma_i=records[-1].sigma_i)
@@ -138,6 +137,8 @@ class BlocksFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         self._commands = context.feature(BlockCommands)
+        self.held_out: WeakKeyDictionary[Document, Callable[[Document], Mapping[int, float]]] = WeakKeyDictionary()
+        """Frame -> what finds the errors [m] of its blocks in its last hold-out test, as far as they are valid."""
         self._evaluated: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """A frame with ground truth, and the evaluation of its blocks."""
         self._expected: dict[int, float] = {}
@@ -202,8 +203,7 @@ class BlocksFeature(Panel):
             of, found = self._evaluated
             evaluated = found if of is document else {}
             return {label: one.rmse for label, one in evaluated.items() if one.pixels}, False
-        outcome = self.context.feature(AccuracyPanel).outcomes.get(document)
-        if outcome is not None and (held_out := outcome.errors_of(document)):
+        if document in self.held_out and (held_out := self.held_out[document](document)):
             return held_out, False
         error, results = document.expected_error(), document.valid_results()
         if error is None:  # until it is computed again: of the blocks with unchanged results
