@@ -147,7 +147,7 @@ class StatusFeature(Feature):
         loader, share = self._loader, None
         if self._runs.running:
             text, share = self._runs_text()
-        elif loader.busy:
+        elif loader.reading or loader.extracting:
             text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
         elif self._runs.state is RunState.RESOLVING:
