@@ -238,9 +238,7 @@ class AccuracyPanel(Panel):
             kept = candidate.kept
             if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
-        blocks = self.context.feature(BlocksFeature)
-        blocks.held_out[document] = outcome.errors_of
-        blocks.redraw()
+        self.context.feature(BlocksFeature).take_hold_out(document, outcome.errors_of)
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""

@@ -116,8 +116,13 @@ def expected_errors(error: NDArray[np.float32], labels: NDArray[np.int32]) -> di
     return {label: float(np.sqrt(sums[label] / counts[label])) for label in there}
 
 
+HeldOut = Callable[[Document], Mapping[int, float]]
+"""Finds the errors [m] of a frame's blocks in a hold-out test, as far as they are valid."""
+
 _EVALUATED = Part.FRAME | Part.LABELS | Part.RESULTS | Part.SOME_RESULTS | Part.GROUND_TRUTH
 """The parts that errors against ground truth depend on."""
+_OF_ERRORS = _EVALUATED | Part.PARAMETERS | Part.EXPECTED_ERROR
+"""Those that any errors depend on."""
 _COLOURS = 1000
 """Upper limit of the start number of shuffled colours."""
 
@@ -137,8 +142,9 @@ class BlocksFeature(Panel):
 
     def __init__(self, context: Context) -> None:
         self._commands = context.feature(BlockCommands)
-        self.held_out: WeakKeyDictionary[Document, Callable[[Document], Mapping[int, float]]] = WeakKeyDictionary()
-        """Frame -> what finds the errors [m] of its blocks in its last hold-out test, as far as they are valid."""
+        self._errors: tuple[Mapping[int, float], bool] | None = None
+        """The known errors of blocks [m], and whether they are the expected ones; None before they are looked up."""
+        self._held_out: WeakKeyDictionary[Document, HeldOut] = WeakKeyDictionary()
         self._evaluated: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
         """A frame with ground truth, and the evaluation of its blocks."""
         self._expected: dict[int, float] = {}
@@ -176,7 +182,9 @@ class BlocksFeature(Panel):
         document = workspace.current
         if parts & _EVALUATED:
             self._evaluate(document)
-        rows = block_rows(document, self.context.runs.current, *self._errors(document))
+        if self._errors is None or parts & _OF_ERRORS:
+            self._errors = self._known_errors(document)
+        rows = block_rows(document, self.context.runs.current, *self._errors)
         table.set_rows(rows)
         if not rows:
             self._show_hint()
@@ -194,16 +202,20 @@ class BlocksFeature(Panel):
             self.requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
 
     def _take(self, document: Document, evaluated: Mapping[int, Evaluation]) -> None:
-        self._evaluated = document, evaluated
+        self._evaluated, self._errors = (document, evaluated), None
         self.redraw()
 
-    def _errors(self, document: Document) -> tuple[Mapping[int, float], bool]:
-        """Return the known errors of blocks [m], and whether they are the expected ones."""
+    def take_hold_out(self, document: Document, errors_of: HeldOut) -> None:
+        """Show the errors of the last hold-out test of a frame, as long as they are valid."""
+        self._held_out[document], self._errors = errors_of, None
+        self.redraw()
+
+    def _known_errors(self, document: Document) -> tuple[Mapping[int, float], bool]:
         if document.frame.ground_truth is not None:
             of, found = self._evaluated
             evaluated = found if of is document else {}
             return {label: one.rmse for label, one in evaluated.items() if one.pixels}, False
-        if document in self.held_out and (held_out := self.held_out[document](document)):
+        if document in self._held_out and (held_out := self._held_out[document](document)):
             return held_out, False
         error, results = document.expected_error(), document.valid_results()
         if error is None:  # until it is computed again: of the blocks with unchanged results
