@@ -39,7 +39,7 @@ from .table import BlockRow, BlockTable
 
 
 def block_rows(
-    document: Document, runs: FrameRuns, errors: Mapping[int, float], errors_are_expected: bool
+    document: Document, runs: FrameRuns, errors: Mapping[int, float] | None = None, errors_are_expected: bool = False
 ) -> list[BlockRow]:
     """Rows of the current frame: one per block that has pixels, or is selected for painting; with their known errors
     [m]."""
@@ -55,7 +55,7 @@ def block_rows(
             label,
             document.info(label),
             count,
-            error=errors.get(label, math.nan),
+            error=(errors or {}).get(label, math.nan),
             error_is_expected=errors_are_expected,
             look=_check_reason(document, label),
             own=", ".join(parameter_labels(document.blocks.own[label])) if label in document.blocks.own else "",
