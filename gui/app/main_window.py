@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QDialog, QMainWindow, QTabWidget
 from ilf._runtime.formatting import counted
 
 from ..features.about import WindowFeature
-from ..features.accuracy.block_errors import BlockErrorsFeature
 from ..features.accuracy.panel import AccuracyPanel
 from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.commands import BlockCommands
@@ -75,7 +74,6 @@ _FURTHER: tuple[type[Feature], ...] = (
     PropagationFeature,
     OnUseFeature,
     AccuracyPanel,
-    BlockErrorsFeature,
     AdditionalDepthPanel,
     InspectPanel,
     DerivedFeature,

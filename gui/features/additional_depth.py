@@ -26,8 +26,8 @@ from ilf.sources.neighbours import around, neighbour_steps
 from ..base.commands import command
 from ..base.needs import Need
 from ..state.document import Document
-from ..state.entries import Entry
 from ..state.parts import Part
+from ..state.workspace import Entry
 from ..widgets.basics import TEXT, Message, command_button, form, group, lay_out, open_once, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file

@@ -29,7 +29,7 @@ from ..work.frame_runs import RunController
 from ..work.latest_request import Job, LatestRequest
 from ..work.refresh import Refresh
 
-_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS | Part.BLOCK_ERRORS)
+_OF_COMMANDS = ~(Part.STROKE | Part.CONTENT | Part.RECORDS | Part.PREVIEWS)
 """The parts on which it depends whether a command can be used."""
 
 _OF_FRAME = ~Need.NOT_PLAYING
@@ -117,7 +117,8 @@ class Context:
         workspace = self.workspace
         document = workspace.current if workspace.has_current else None
         there = NOTHING if self.actions.is_on("play_frames") else Need.NOT_PLAYING
-        there |= Need.IDLE if self.runs.state.free and not self.loader.is_preparing(document) else NOTHING
+        prepared = not self.loader.reading and document not in self.loader.extracting
+        there |= Need.IDLE if self.runs.state.free and prepared else NOTHING
         there |= Need.GOING if self.runs.state.going else NOTHING
         for need, count in ((Need.LISTED, 1), (Need.OTHERS, 2)):
             there |= need if len(workspace.entries) >= count else NOTHING

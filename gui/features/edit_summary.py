@@ -212,7 +212,7 @@ class EditSummaryFeature(Feature):
         if solved and not all(document.is_up_to_date(label) for label in change.blocks & document.counts().keys()):
             return  # they are not completed yet
         self._asked = True
-        run = document.run(self._workspace.parameters.current)
+        run = document.run(document.state.common)
         self.requests.ask(
             partial(_summary, change, run, self._before, self._present),
             partial(self._say, change),

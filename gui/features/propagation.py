@@ -31,7 +31,7 @@ from ..base.commands import Command, command, plain
 from ..base.needs import Need
 from ..project.loading import state_reader
 from ..project.store import WorkStore
-from ..state.entries import Entry
+from ..state.workspace import Entry
 from ..widgets.basics import Message, PlainLabel, answers, combo, form, lay_out, open_once, stack
 from ..widgets.notices import error_text
 from ..widgets.work_row import WorkRow

@@ -394,7 +394,7 @@ class QualityPanel(Panel):
         """Write on the button what the remedy does, or another text while there is none."""
         text = otherwise
         if self.remedy is not None:
-            key = "" if "Enter" in self.context.editor.tool.hint else " (Enter)"
+            key = "" if "Enter" in self.context.editor.hint else " (Enter)"
             text = f"{self._named(self.remedy.text)}{key}"
         if text:
             self.remedy_button.defaultAction().setIconText(text)

@@ -125,10 +125,11 @@ class RunsFeature(Feature):
     @property
     def _is_awaited(self) -> bool:
         """Whether the blocks of the current frame are being extracted."""
-        return self._runs.state.free and self.context.loader.is_extracting(self._workspace.current)
+        return self._runs.state.free and self._workspace.current in self.context.loader.extracting
 
     def _why_no_run(self) -> str:
-        return "" if self._is_awaited else sentence((Need.BLOCKS | Need.IDLE) & self.context.missing())
+        missing = (Need.BLOCKS | Need.IDLE) & self.context.missing()
+        return sentence(missing) if missing and not self._is_awaited else ""
 
     @command("run", "&Run", icon="ph.play", keys="F5", needs=Need.FRAME, why_off=_why_no_run)
     def _run(self) -> None:
@@ -140,7 +141,7 @@ class RunsFeature(Feature):
             self._runs.current.start_changed()
 
     def _run_waiting(self) -> None:
-        for document in [one for one in self._waiting if not self.context.loader.is_extracting(one)]:
+        for document in [one for one in self._waiting if one not in self.context.loader.extracting]:
             self._waiting.discard(document)
             if document in self._workspace.open and document.counts():
                 self._runs.of(document).start_changed()
@@ -160,7 +161,7 @@ class RunsFeature(Feature):
         if self._workspace.has_current:
             document, under_way = self._workspace.current, ""
             if document.current_depth() is None:
-                extracting = "Extracting blocks…" if self.context.loader.is_extracting(document) else ""
+                extracting = "Extracting blocks…" if document in self.context.loader.extracting else ""
                 under_way = "Completing…" if self._runs.state.going else extracting
             self.context.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)

@@ -9,11 +9,11 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QWidget
 
-from ilf._runtime.formatting import length_text
+from ilf._runtime.formatting import grouped, length_text
 from ilf.data.frame import RGBDFrame
 
+from ..state.document import Document
 from ..state.parts import Part
-from ..tools.select import selected_text
 from ..views.cloud.canvas import HINT, MOVES
 from ..views.view_data import FLICKERS, MarkedDepth
 from ..widgets.basics import ElidedLabel, literal_text
@@ -129,19 +129,19 @@ class StatusFeature(Feature):
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
-        idle = self._loader.present or _NO_FRAME
         if self._workspace.has_current:
-            hint = self._hint_of_cloud() or self._editor.tool.hint
-            idle = " | ".join(filter(None, (selected_text(self._workspace.current), hint)))
+            hint = self._hint_of_cloud() or self._editor.hint
+            idle = " | ".join(filter(None, (_selected_text(self._workspace.current), hint)))
+        else:
+            idle = self._loader.present or _NO_FRAME
         self.bar.hint.setText(self._playing or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def _hint_of_cloud(self) -> str:
         """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
-        if not (self.context.centre.shows_cloud_alone or self.context.cloud.canvas.underMouse()):
+        if self.context.views.isVisible() and not self.context.cloud.canvas.underMouse():
             return ""
-        tool = self._editor.tool
-        return f"{tool.hint} | {MOVES}" if tool.points_only else HINT
+        return f"{self._editor.hint} | {MOVES}" if self._editor.tool.points_only else HINT
 
     def show_progress(self) -> None:
         """Show the stage and the share done of runs, opening and extraction with the remaining time, or that blocks are
@@ -149,7 +149,7 @@ class StatusFeature(Feature):
         loader, share = self._loader, None
         if self._runs.running:
             text, share = self._runs_text()
-        elif loader.busy:
+        elif loader.reading or loader.extracting:
             text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
         elif self._runs.state is RunState.RESOLVING:
@@ -240,6 +240,13 @@ class StatusFeature(Feature):
             text = f"out {_metres(depth)}"
             text += " (extrapolated)" * (result.extrapolated is not None and bool(result.extrapolated[y, x]))
         return [text, f"{1000 * (depth - depth_in):+.1f} mm"] if np.isfinite(depth - depth_in) else [text]
+
+
+def _selected_text(document: Document) -> str:
+    """Return how many blocks are selected, and their pixels; "" for less than two."""
+    counts = document.counts()
+    chosen = [counts[label].pixels for label in document.selected if label in counts]
+    return f"{len(chosen)} selected, {grouped(sum(chosen))} px" if len(chosen) > 1 else ""
 
 
 def _metres(depth: float) -> str:

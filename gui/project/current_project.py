@@ -16,9 +16,8 @@ from ilf.project.store import lock_of
 from ilf.sources.frame_ref import FrameRef
 
 from ..state.document import Document
-from ..state.entries import Entry
 from ..state.parameters import SharedParameters
-from ..state.workspace import Workspace
+from ..state.workspace import Entry, Workspace
 
 # Content of a project apart from its frames' states.
 
@@ -99,7 +98,7 @@ class CurrentProject:
     @property
     def unsaved(self) -> bool:
         """Whether there are changes that are not in the file."""
-        return bool(self.words()) or any(entry.unsaved for entry in self._workspace.entries)
+        return any(entry.unsaved for entry in self._workspace.entries) or bool(self.words())
 
     def words(self) -> str:
         """Return a summary of unsaved changes apart from frames' states; "" for none. Without a file, the list of

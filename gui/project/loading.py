@@ -32,12 +32,12 @@ from ilf.sources.named_places import NotAllowed, note_opened
 from ilf.sources.reading import described_beside, read_frame
 
 from ..state.document import Document
-from ..state.entries import Entry
 from ..state.parts import Part
-from ..state.workspace import Workspace
+from ..state.workspace import Entry, Workspace
 from ..widgets.notes import Notes
 from ..widgets.notices import ACCEPT, ask, error_text
 from ..work.latest_request import Job, JobQueue
+from ..work.run_recorder import first_run
 from ..work.steps import Steps, in_steps
 from .store import WorkStore
 
@@ -62,10 +62,19 @@ class FrameLoader(QObject):
 
     A frame is shown as soon as it is read, also while others are being extracted.
 
+    Attributes
+    ----------
+    reading : bool
+        Whether frames are being read, or wait for it.
+    extracting : list of Document
+        Frames whose blocks are being extracted, or wait for it.
+    present : str
+        Description of the work in progress; "" when idle.
+
     Signals
     -------
     busy_changed()
-        `busy` or `present` has changed.
+        What is in progress has changed.
     replayed(object)
         A document that was opened from a record.
     listed(object, object)
@@ -88,24 +97,29 @@ class FrameLoader(QObject):
         self.times: dict[str, float] = {}
         """Key of a frame -> its time [s], where its list has told it."""
         self._reading, self._extracting = self._lines = JobQueue(self), JobQueue(self)
+        self.reading, self.present = False, ""
+        self.extracting: list[object] = []
         for line in self._lines:
-            line.changed.connect(self.busy_changed)
+            line.changed.connect(self._follow)
         workspace.on(Part.LIST, self._cancel_closed)
 
     @property
     def busy(self) -> bool:
         """Whether anything is in progress or waiting."""
-        return any(line.busy for line in self._lines)
+        return self.reading or bool(self.extracting)
 
-    @property
-    def present(self) -> str:
-        """Description of the work in progress; "" when idle."""
-        return self._reading.present or self._extracting.present
+    def _follow(self) -> None:
+        """Take over what is in progress, and tell it."""
+        self.reading = self._reading.busy
+        self.extracting = [job.about for job in self._extracting.pending]
+        jobs = (line.question for line in self._lines)
+        self.present = next((job.what for job in jobs if job is not None and job.what), "")
+        self.busy_changed.emit()
 
     @property
     def share_done(self) -> float:
         """Share of the queued frames and extractions that is done, 0-1; 0 for a single one."""
-        done, pending = (sum(getattr(line, name) for line in self._lines) for name in ("done", "pending_count"))
+        done, pending = sum(line.done for line in self._lines), sum(len(line.pending) for line in self._lines)
         return done / max(done + pending, 1)
 
     # opening
@@ -249,7 +263,8 @@ class FrameLoader(QObject):
             self._workspace.open_document(document)
             self._extract_first(document, transient=entry is not None)
             return
-        self._workspace.open_document(document, run, completion=again.completion)
+        first = None if again.completion is None else first_run(document, again.completion)
+        self._workspace.open_document(document, run, first=first)
         self._report_blocks(document, _RECORDED, *run.blocks.notes)
         self.replayed.emit(document)
 
@@ -273,14 +288,6 @@ class FrameLoader(QObject):
     def extract(self, document: Document) -> None:
         """Extract the blocks of an open frame again, with the workspace's parameters."""
         self._ask_extraction(document, extract, self._take_extraction)
-
-    def is_extracting(self, document: Document) -> bool:
-        """Whether a frame's extraction is in progress or waiting."""
-        return self._extracting.has(document)
-
-    def is_preparing(self, document: Document | None) -> bool:
-        """Whether frames are being read, or the blocks of this one extracted."""
-        return self._reading.busy or self._extracting.has(document)
 
     def _extract_first(self, document: Document, transient: bool = False) -> None:
         """Extract the blocks of a frame that was opened without any. With `transient`, one that is not shown any more

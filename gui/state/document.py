@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QUndoStack
 
 from ilf._runtime.formatting import counted
-from ilf.data.blocks import BlockInfo, Blocks, Box, block_colour, bounds, whole
+from ilf.data.blocks import BlockInfo, Blocks, Box, Colour, block_colour, bounds, whole
 from ilf.data.by_hand import DepthByHand
 from ilf.data.frame import GroundTruthFile, RGBDFrame, read_only
 from ilf.data.guide import Guide
@@ -29,13 +29,26 @@ from ilf.segmentation.editing.patches import LabelPatch, patch_between, redrawn
 from ilf.segmentation.extraction import Extraction
 from ilf.segmentation.reextraction import fill_around, overlay_kept
 
-from .blocks import BlockErrors
 from .frame_data import FrameData
 from .parts import NO_PART, Changes, DrawnChange, Edit, Part, Swap
 from .results import ErrorEstimate, FrameResults, Preview, same_layers
-from .run_history import COLOURS, MAX_COMPARED
 
 Depth = NDArray[np.float32]
+
+MAX_COMPARED = 4
+"""Maximum number of runs that are compared at a time."""
+
+RUN_COLOURS: tuple[Colour, ...] = (
+    (230, 119, 34),
+    (200, 66, 160),
+    (38, 160, 92),
+    (132, 98, 222),
+    (186, 142, 14),
+    (222, 66, 72),
+    (20, 158, 170),
+    (150, 104, 74),
+)
+"""Colours of runs in the history, distinct on light and dark backgrounds and from the blue of the current result."""
 
 
 class Document(FrameData):
@@ -489,12 +502,6 @@ class Document(FrameData):
             kept.ground_truth_error = None
         self.touch(Part.GROUND_TRUTH)
 
-    def set_block_errors(self, errors: BlockErrors) -> None:
-        """Set the known errors of blocks."""
-        if errors != self.block_errors:
-            self.block_errors = errors
-            self.note(Part.BLOCK_ERRORS)
-
     # results
 
     def add_records(self, label: int, records: Sequence[IterationRecord]) -> None:
@@ -608,6 +615,6 @@ class Document(FrameData):
             kept.hold(True)
             taken = [other.colour for other in runs[:number]]
             if kept.colour in taken:
-                kept.colour = next(colour for colour in COLOURS if colour not in taken)
+                kept.colour = next(colour for colour in RUN_COLOURS if colour not in taken)
         self.change(compared=tuple(kept.number for kept in runs))
         self.touch(Part.COMPARED, viewing=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,11 +23,49 @@ from ilf.run.run import Run
 from ilf.segmentation.editing.patches import LabelPatch, values_at
 from ilf.segmentation.reextraction import made_by_hand
 
-from .blocks import BlockCounts, BlockErrors, BlockTally
 from .results import CurrentDepth, FrameResults, Results, StoredBlockResult, same_depth, same_layers, same_mask
 
 LARGEST_LABEL = 65535
 """Label maps are exported as 16-bit images."""
+
+
+@dataclass(frozen=True)
+class BlockCounts:
+    """Pixels of a block; `known` counts those with known depth or outside the depth camera's view."""
+
+    pixels: int
+    known: int
+
+    @property
+    def defect_rate(self) -> float:
+        """Share of pixels without raw depth in the depth camera's view, 0-1."""
+        return 1.0 - self.known / self.pixels if self.pixels else 0.0
+
+
+class BlockTally:
+    """Counts of all blocks of a label map, int32 (H, W), given a mask of pixels that lack no depth, bool (H, W)."""
+
+    def __init__(self, labels: NDArray[np.int32], known: NDArray[np.bool_]) -> None:
+        self._labels = labels
+        self._known = known
+        self._counts = np.zeros((2, 1), np.int64)
+        self.add((slice(None), slice(None)))
+
+    def counts(self) -> dict[int, BlockCounts]:
+        """Block label -> counts, in rising order of labels; 0 is no block."""
+        pixels, known = self._counts
+        present = np.flatnonzero(pixels)
+        return {int(label): BlockCounts(int(pixels[label]), int(known[label])) for label in present if label > 0}
+
+    def add(self, box: Box, sign: int = 1) -> None:
+        """Add the pixels of a box to the counts; with sign -1, subtract them."""
+        here = self._labels[box]
+        beyond = int(here.max()) + 1 - self._counts.shape[1]
+        if beyond > 0:
+            self._counts = np.pad(self._counts, ((0, 0), (0, beyond)))
+        size = self._counts.shape[1]
+        self._counts[0] += sign * np.bincount(here.ravel(), minlength=size)
+        self._counts[1] += sign * np.bincount(here[self._known[box]], minlength=size)
 
 
 class FrameData:
@@ -55,7 +93,6 @@ class FrameData:
         self.key = key
         self.results = Results()
         self.key_frames = KeyFrames()
-        self.block_errors = BlockErrors()
         self.proposal: NDArray[np.float32] | None = None
         """Depth [m] that is shown in place of the completed one until it is taken or dropped; NaN for none."""
         self.record_replay: Replay | None = None

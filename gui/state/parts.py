@@ -62,8 +62,6 @@ class Part(Flag):
     PREVIEWS = auto()
     """The depth of running blocks."""
     EXPECTED_ERROR = auto()
-    BLOCK_ERRORS = auto()
-    """The known errors of blocks."""
     HISTORY = auto()
     """The run history."""
     COMPARED = auto()

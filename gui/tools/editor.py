@@ -62,7 +62,8 @@ class Editor(QObject):
         self.options = ToolOptions()
         self.tool_name = "select"
         """The name of the active tool; `set_tool` sets it."""
-        self._hint = ""
+        self.hint = self.tool.hint
+        """What a click or a drag would do, said by the active tool."""
         self._pointer: PointerEvent | None = None
         workspace.about_to_change.connect(self.cancel)
         workspace.on(Part.FRAME, self._turn)
@@ -81,6 +82,7 @@ class Editor(QObject):
         self._views.set_preview(None)
         self._look_ahead()
         self._hover_again()
+        self.hint = self.tool.hint
         self.tool_changed.emit()
 
     def cycle_tool(self, steps: int) -> None:
@@ -140,8 +142,8 @@ class Editor(QObject):
         return self._update_hint(self.attempt(lambda: self.tool.pointer(event, self)))
 
     def _update_hint(self, answer: bool) -> bool:
-        if self.tool.hint != self._hint:
-            self._hint = self.tool.hint
+        if self.tool.hint != self.hint:
+            self.hint = self.tool.hint
             self.hint_changed.emit()
         return answer
 
@@ -189,7 +191,7 @@ class Editor(QObject):
         """Show the tool's preview at the pointer again."""
         if self._pointer is not None and self._workspace.has_current:
             at = self._pointer
-            self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self)
+            self._update_hint(self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self))
 
     # interface for the tools (Host)
 

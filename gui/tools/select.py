@@ -116,14 +116,6 @@ class SelectTool(Tool):
         host.show_preview(Preview(drawn or QPainterPath(), dashed=self._act == "select", line_preview=self._outline))
 
 
-def selected_text(document: Document) -> str:
-    """Return how many blocks are selected, and their pixels; "" for less than two."""
-    chosen = [label for label in document.selected if label in document.counts()]
-    if len(chosen) < 2:
-        return ""
-    return f"{len(chosen)} selected, {_pixels_text(document, chosen)}"
-
-
 def select_at(point: Point, event: PointerEvent, host: Host) -> None:
     """Select only the block at a point; with Shift, add it; with Ctrl, add or remove it."""
     label = host.document.label_at(*point)
@@ -167,12 +159,9 @@ def _locked_text(document: Document, labels: Sequence[int]) -> str:
 
 
 def _count_text(document: Document, labels: Sequence[int]) -> str:
-    return f"{counted(len(labels), 'block')}, {_pixels_text(document, labels)}"
-
-
-def _pixels_text(document: Document, labels: Sequence[int]) -> str:
     counts = document.counts()
-    return f"{grouped(sum(counts[label].pixels for label in labels))} px"
+    pixels = sum(counts[label].pixels for label in labels)
+    return f"{counted(len(labels), 'block')}, {grouped(pixels)} px"
 
 
 def _inside(band: QRectF, host: Host) -> list[int]:

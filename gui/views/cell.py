@@ -9,9 +9,8 @@ from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from ..widgets.basics import lay_out
-from .image_view import ImageView
+from .image_view import STYLES, ImageView
 from .layers import CONTENTS, Layer, Legend, checked, content_of, lacking, striped, title_of, uses
-from .screen_layers import STYLES
 from .title_strip import TitleStrip
 from .view_data import DIFFERENCE, FLICKERS, RUNS, SIDES, ViewData, capital, difference_of, short_title
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 
+import cv2
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
@@ -135,6 +136,29 @@ _FORMAT = QImage.Format.Format_RGBA8888_Premultiplied
 """Qt scales this format exactly; its faster code for other formats is off by one pixel in places."""
 Pixels = NDArray[np.uint32]
 """Premultiplied colours, each at most as large as alpha."""
+
+
+def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
+    """Pack colour, uint8 (H, W, 3), red first."""
+    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
+    return pixels
+
+
+def packed(table: NDArray[np.uint8]) -> Pixels:
+    """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
+    colours = table.astype(np.uint32)
+    alpha = colours[:, 3]
+    red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
+    return ((alpha << 24) | (blue << 16) | (green << 8) | red).astype(np.uint32)
+
+
+def greyed(colours: Pixels) -> Pixels:
+    """Desaturate opaque or transparent colours, slightly towards mid-grey."""
+    red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
+    grey = (red * 2 + green * 5 + blue) // 8
+    faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
+    mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
+    return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
 
 
 class PixelItem(Drawing):

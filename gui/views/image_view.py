@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from functools import reduce
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEvent, QTransform
 from PySide6.QtWidgets import QAbstractScrollArea
 
@@ -28,15 +29,154 @@ from .drawings import (
     PointsItem,
     PreviewDrawing,
     ScreenItem,
+    greyed,
     missing_brush,
+    packed,
+    rgb_pixels,
 )
 from .layers import Layer
-from .screen_layers import Sampling, stripes
 
 EVERYWHERE: Box = slice(None), slice(None)
 FOCUS_WIDTH = 2
 _CROSS_GAP = 9
 _MIN_SHARE_FOR_NAMES = 0.5
+
+Rims = tuple[tuple[bool, bool], ...]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Mapping of a frame to the device pixels of a view.
+
+    Parameters
+    ----------
+    scale : float
+        Device pixels per image pixel.
+    x, y : int
+        Device pixel of the frame's corner; may lie outside the view.
+    size : (int, int)
+        Width and height of the view in device pixels.
+    frame : (int, int)
+        Width and height of the frame.
+    ratio : float
+        Device pixels per screen pixel.
+    """
+
+    scale: float
+    x: int
+    y: int
+    size: tuple[int, int]
+    frame: tuple[int, int]
+    ratio: float = 1.0
+
+    @property
+    def line_width(self) -> int:
+        """Width [device px] of a line of one screen pixel."""
+        return max(round(self.ratio), 1)
+
+    @property
+    def left(self) -> int:
+        """First device pixel, from the left, that shows the frame."""
+        return max(self.x, 0)
+
+    @property
+    def top(self) -> int:
+        """First device pixel, from the top, that shows the frame."""
+        return max(self.y, 0)
+
+    @cached_property
+    def columns(self) -> NDArray[np.intp]:
+        """Image column of each device column that shows the frame."""
+        return self._pixels(self.x, self.size[0], self.frame[0])
+
+    @cached_property
+    def rows(self) -> NDArray[np.intp]:
+        """Image row of each device row that shows the frame."""
+        return self._pixels(self.y, self.size[1], self.frame[1])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of device pixels that show the frame."""
+        return len(self.rows), len(self.columns)
+
+    @property
+    def rims(self) -> Rims:
+        """Whether the frame's rim is visible: above and below, at the left and right."""
+        width, height = self.frame
+        if 0 in self.shape:
+            return (False, False), (False, False)
+        above, below = int(self.rows[0]) == 0, int(self.rows[-1]) == height - 1
+        return (above, below), (int(self.columns[0]) == 0, int(self.columns[-1]) == width - 1)
+
+    def sample(self, values: NDArray[Any], box: Box) -> NDArray[Any]:
+        """Values (H, W) of the image on a box of the device pixels that show the frame."""
+        rows, columns = self.rows[box[0]], self.columns[box[1]]
+        return np.take(np.take(values, rows, axis=0), columns, axis=1)
+
+    def box_of(self, box: Box) -> Box:
+        """Device pixels that show a box of the image; empty if it is not visible."""
+        rows, columns = (
+            slice(int(np.searchsorted(shown, span.start)), int(np.searchsorted(shown, span.stop)))
+            for shown, span in zip((self.rows, self.columns), box, strict=True)
+        )
+        return rows, columns
+
+    def on_screen(self, box: Box) -> QRect:
+        """Screen pixels of a box of the device pixels that show the frame."""
+        rows, columns = box
+        corner = QPointF(columns.start + self.left, rows.start + self.top) / self.ratio
+        size = QSizeF(columns.stop - columns.start, rows.stop - rows.start) / self.ratio
+        return QRectF(corner, size).toAlignedRect()
+
+    def _pixels(self, start: int, view: int, frame: int) -> NDArray[np.intp]:
+        first, last = max(start, 0), min(start + math.ceil(frame * self.scale), view)
+        pixels = np.floor((np.arange(first, max(last, first)) + 0.5 - start) / self.scale).astype(np.intp)
+        return pixels[pixels < frame]
+
+
+# Stripes over part of a picture, in screen pixels, moving with the picture. No Qt.
+
+_PERIOD = 8
+_WIDTH = 2
+
+
+class Style(NamedTuple):
+    """Colours of a stripe and of the dark one beside it, the direction of their slope, and the colour in legends."""
+
+    stripe: int
+    shade: int
+    lean: int
+    legend: str
+
+
+STYLES = {
+    "extrapolated": Style(0xBEBEBEBE, 0x60000000, 1, "#bebebe"),
+    "missing": Style(0xE6E6E6E6, 0x96000000, 1, "#e6e6e6"),
+    "outside view": Style(0xFF3C8CDC, 0x961E4678, -1, "#3c8cdc"),
+    "unsupported": Style(0xFFFFFFFF, 0xDC000000, -1, "#808080"),
+    "suspect": Style(0xFFFFE040, 0xDC000000, 1, "#e6be00"),
+    "invalid": Style(0xFFFF9020, 0xB4000000, -1, "#ff9020"),
+    "by hand": Style(0xFF9E6ECE, 0xA0FFFFFF, 1, "#9e6ece"),
+}
+"""What is striped -> how; later ones lie over earlier ones."""
+
+
+def stripes(masks: Mapping[str, NDArray[np.bool_]], sampling: Sampling) -> Argb | None:
+    """Stripes in masks, bool (H, W), by their names in `STYLES`, at the device pixels that show the frame; transparent
+    elsewhere. None if there are no masks."""
+    drawn, everywhere = None, whole(sampling.shape)
+    period, width = _PERIOD * sampling.line_width, _WIDTH * sampling.line_width
+    down = np.arange(len(sampling.rows))[:, None] + sampling.top - sampling.y
+    along = np.arange(len(sampling.columns)) + sampling.left - sampling.x
+    for name, mask in masks.items():
+        if mask.shape == sampling.frame[::-1]:
+            style = STYLES[name]
+            phase = (down + style.lean * along) % period
+            shade = np.where(phase < 2 * width, np.uint32(style.shade), np.uint32(0))
+            pattern = np.where(phase < width, np.uint32(style.stripe), shade)
+            below = np.zeros(sampling.shape, np.uint32) if drawn is None else drawn
+            drawn = np.where(sampling.sample(mask, everywhere), pattern, below)
+    return drawn
 
 
 class ImageView(QAbstractScrollArea):
@@ -335,29 +475,6 @@ def _arrays(layer: Layer) -> list[NDArray[Any]]:
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
     return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]
-
-
-def rgb_pixels(rgb: NDArray[np.uint8]) -> Pixels:
-    """Pack colour, uint8 (H, W, 3), red first."""
-    pixels: Pixels = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2RGBA).view(np.uint32)[..., 0]
-    return pixels
-
-
-def packed(table: NDArray[np.uint8]) -> Pixels:
-    """Pack colours, uint8 (N, 4) RGBA, into N numbers as in `PixelItem.pixels`: premultiplied, red lowest."""
-    colours = table.astype(np.uint32)
-    alpha = colours[:, 3]
-    red, green, blue = ((colours[:, channel] * alpha + 127) // 255 for channel in range(3))
-    return ((alpha << 24) | (blue << 16) | (green << 8) | red).astype(np.uint32)
-
-
-def greyed(colours: Pixels) -> Pixels:
-    """Desaturate opaque or transparent colours, slightly towards mid-grey."""
-    red, green, blue = (colours & 255, (colours >> 8) & 255, (colours >> 16) & 255)
-    grey = (red * 2 + green * 5 + blue) // 8
-    faded = [(channel + 4 * grey + 2 * 128) // 7 for channel in (red, green, blue)]
-    mixed = (colours & 0xFF000000) | (faded[2] << 16) | (faded[1] << 8) | faded[0]
-    return np.where(colours >> 24 > 0, mixed, 0).astype(np.uint32)
 
 
 def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:

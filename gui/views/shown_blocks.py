@@ -5,21 +5,148 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ilf.data.blocks import Box, whole
+from ilf.data.blocks import Box, grown, whole
 from ilf.drawing.blocks import inner_points
 
 from ..state.document import Document
 from ..state.parts import EVERY_PART, Part
 from ..state.workspace import Workspace
-from .drawings import Argb, Pixels
-from .image_view import ImageView, packed
-from .screen_layers import BlockLines, Sampling
+from .drawings import Argb, Pixels, packed
+from .image_view import ImageView, Rims, Sampling
 from .view_data import ViewData, colour_table
 
 BLOCK_PARTS = Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS | Part.SELECTION
+
+
+# Lines around blocks in screen pixels: the same width at every zoom, visible on any picture. No Qt.
+
+_LINE = 0xC0C0C0C0
+_HALO = 0x58000000
+_SELECTED = 0xFFFFFFFF
+_TINT = 0x38383838
+"""Over selected blocks, if there are several."""
+_RIM_HALO = 0xDC000000
+_TO_CHECK = 0xFFFFA020
+_BAND = 4
+"""Width [device px at ratio 1] of the tint along coloured lines, by which one knows the pieces of a block."""
+_BAND_ALPHA = 100
+_REACH = _BAND + 1
+"""Distance [device px at ratio 1] up to which a label affects its own and its neighbours' lines."""
+_SQUARE = np.ones((3, 3), np.uint8)
+_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+
+
+class BlockLines:
+    """Draws the lines around blocks for any sampling of the frame on the screen, given their colours, RGBA uint8
+    (N + 1, 4) by label, alpha 0 for no line.
+
+    A bright line with a dark halo separates blocks from each other and from pixels without block. Selected blocks have
+    a wider outline inside them, and a tint if there are several; blocks that need checking have the outline in another
+    colour. With `in_colours`, each block's side of the line has its own colour, with a band of it along the line.
+    """
+
+    def __init__(
+        self,
+        colours: NDArray[np.uint8],
+        selected: Sequence[int] = (),
+        to_check: Sequence[int] = (),
+        in_colours: bool = False,
+    ) -> None:
+        visible = colours[:, 3] > 0
+        visible[0] = False
+        self._shown = np.where(visible, np.arange(len(colours), dtype=np.int32), 0)
+        self._lines, self._bands = _argb(colours, 255), _argb(colours, _BAND_ALPHA)
+        self._selected, self._to_check = (np.zeros(len(colours), np.uint8) for _ in range(2))
+        self._selected[[label for label in selected if label < len(colours)]] = 1
+        self._to_check[[label for label in to_check if label < len(colours)]] = 1
+        self._has_tint = len(selected) > 1
+        self.in_colours = in_colours
+        self._looks = np.column_stack((colours, self._selected * (1 + self._has_tint), self._to_check))
+
+    def looks_like(self, other: BlockLines) -> bool:
+        """Whether the blocks that both know look the same."""
+        known = min(len(self._looks), len(other._looks))
+        return self.in_colours == other.in_colours and np.array_equal(self._looks[:known], other._looks[:known])
+
+    def draw(self, here: NDArray[np.int32], drawn: Argb, box: Box, sampling: Sampling) -> Box:
+        """Draw the lines that depend on the labels inside a box.
+
+        Parameters
+        ----------
+        here : ndarray of int32, shape (h, w)
+            Labels at the device pixels that show the frame.
+        drawn : ndarray of uint32, shape (h, w)
+            Pixels drawn there; changed in place.
+        box : (slice, slice)
+            Rows and columns where labels or their appearance changed.
+        sampling : Sampling
+
+        Returns
+        -------
+        (slice, slice)
+            The box that was redrawn, slightly larger.
+        """
+        ratio = sampling.line_width
+        inner = grown(box, _REACH * ratio, here.shape)
+        outer = grown(inner, _REACH * ratio, here.shape)
+        rows, columns = (
+            slice(own.start - around.start, own.stop - around.start) for own, around in zip(inner, outer, strict=True)
+        )
+        if 0 in here[inner].shape:  # the frame is not visible
+            return inner
+        at_rims = tuple(
+            (rim[0] and span.start == 0, rim[1] and span.stop == size)
+            for rim, span, size in zip(sampling.rims, outer, here.shape, strict=True)
+        )
+        drawn[inner] = self._draw(here[outer], at_rims, ratio)[rows, columns]
+        return inner
+
+    def _draw(self, here: NDArray[np.int32], rims: Rims, ratio: int) -> Argb:
+        shown = self._shown[here]
+        across, down = shown[:, 1:] != shown[:, :-1], shown[1:] != shown[:-1]
+        line = np.zeros(shown.shape, np.uint8)
+        line[:, :-1] |= across
+        line[:-1] |= down
+        if self.in_colours:
+            line[:, 1:] |= across
+            line[1:] |= down
+            line[shown == 0] = 0
+        if ratio > 1:
+            line[:] = cv2.dilate(line, _SQUARE, iterations=ratio // 2)
+        drawn = np.zeros(shown.shape, np.uint32)
+        if self._has_tint:
+            drawn[self._selected[here] > 0] = _TINT
+        if self.in_colours:
+            band = (cv2.dilate(line, _SQUARE, iterations=_BAND * ratio) > 0) & (shown > 0)
+            drawn[band] = self._bands[shown[band]]
+        drawn[cv2.dilate(line, _SQUARE, iterations=ratio) > 0] = _HALO
+        on_line = line > 0
+        drawn[on_line] = self._lines[shown[on_line]] if self.in_colours else np.uint32(_LINE)
+        for marked, colour in ((self._to_check & self._shown.astype(bool), _TO_CHECK), (self._selected, _SELECTED)):
+            if marked.any():
+                self._draw_rim(marked[here], rims, drawn, colour, ratio)
+        return drawn
+
+    def _draw_rim(self, inside: NDArray[np.uint8], rims: Rims, drawn: Argb, colour: int, ratio: int) -> None:
+        """Draw a wide line inside some blocks; the frame's rim also counts as border."""
+        padded = np.pad(inside, [(int(first), int(last)) for first, last in rims])
+        within = cv2.erode(padded, _CROSS, iterations=2 * ratio)
+        inner = cv2.erode(within, _SQUARE, iterations=ratio)
+        outer = cv2.dilate(padded, _SQUARE, iterations=ratio)
+        above, before = int(rims[0][0]), int(rims[1][0])
+        part = slice(above, above + inside.shape[0]), slice(before, before + inside.shape[1])
+        drawn[(outer > inner)[part]] = _RIM_HALO
+        drawn[((inside > 0) & (within[part] == 0))] = colour
+
+
+def _argb(colours: NDArray[np.uint8], alpha: int) -> NDArray[np.uint32]:
+    """Premultiplied ARGB of colours, uint8 (N, 3 or 4), with this alpha."""
+    red, green, blue = (colours[:, channel].astype(np.uint32) * alpha // 255 for channel in range(3))
+    return (np.uint32(alpha << 24) | (red << 16) | (green << 8) | blue).astype(np.uint32)
 
 
 class ShownBlocks:

@@ -179,7 +179,7 @@ class JobQueue(LatestRequest):
     Signals
     -------
     changed()
-        `busy` or `present` has changed.
+        `busy` or `pending` has changed.
     """
 
     changed = Signal()
@@ -190,18 +190,9 @@ class JobQueue(LatestRequest):
         """Number of jobs that have ended since the queue was last idle."""
 
     @property
-    def present(self) -> str:
-        """Description of the job in progress; "" for none."""
-        return self.question.what if self.question else ""
-
-    @property
-    def pending_count(self) -> int:
-        """Number of jobs that have not ended."""
-        return len(self._waiting) + (self.question is not None)
-
-    def has(self, about: object) -> bool:
-        """Whether a job on this object is in progress or waiting."""
-        return any(job is not None and job.about is about for job in (self.question, *self._waiting))
+    def pending(self) -> list[Job]:
+        """Jobs that have not ended, the one in progress first."""
+        return [*([] if self.question is None else [self.question]), *self._waiting]
 
     def cancel_if(self, unwanted: Callable[[object], bool]) -> None:
         """Cancel the current job if its object is no longer wanted; it does not report."""

@@ -73,6 +73,10 @@ class Refresh(QObject):
             signal.connect(lambda *_: self.mark(name))
         self.mark(name)
 
+    def defer(self, name: str, parts: Part) -> None:
+        """Set the parts of the state that mark something for later, as long as what it shows depends on them."""
+        self._parts[name] = self._parts[name][0], parts
+
     def changed(self, name: str) -> Part:
         """Return what has changed since this was asked last, for one that draws only that."""
         changed, self._changed[name] = self._changed[name], NO_PART

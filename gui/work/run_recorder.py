@@ -1,23 +1,41 @@
-"""Adds runs to the run history: every run, and re-solves once the parameters have not changed for a moment."""
+"""The run history of frames: how runs are added, every run, and re-solves once the parameters have not changed for a
+moment; limits of a history, and names of its runs."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 from weakref import ReferenceType, WeakKeyDictionary, WeakSet, ref
+from zlib import crc32
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QUndoCommand
 
-from ilf.data.results import BlockResult
-from ilf.project.run_history import StoredRun
+from ilf.data.blocks import Colour
+from ilf.data.parameters import Parameters, nearest_preset, to_text
+from ilf.data.results import BlockResult, Completion
+from ilf.project.run_history import Extrapolation, StoredRun
 from ilf.run.run import Run
 
-from ..state.document import Document
+from ..state.document import RUN_COLOURS, Document
 from ..state.parameters import EditParameters
-from ..state.run_history import MAX_MEMORY, MAX_STORED, memory_of, next_colour, run_name, with_shared_arrays
 from ..state.workspace import Workspace
 from .frame_runs import RunController, RunState, Work
+
+MAX_STORED = 200
+"""Maximum number of runs in a frame's history; beyond it, the oldest run without a note is removed."""
+
+MAX_MEMORY = 400 * 1024**2
+"""Maximum memory [bytes] of a history: label maps of a frame that is edited often add up."""
+
+_RECORD = 280
+"""Approximate memory [bytes] of an iteration's record."""
+
+_IN_NAMES = 2
+"""Maximum number of parameters in a name."""
 
 REST_MS = 400
 """Time [ms] without a re-solve after which its results are stored."""
@@ -173,3 +191,81 @@ def _last_step(document: Document) -> QUndoCommand | None:
 def _edit(step: QUndoCommand | None) -> str:
     """Return the name of an edit; "" for a change of parameters, which the run's name lists anyway."""
     return "" if step is None or isinstance(step, EditParameters) else step.text()
+
+
+def with_shared_arrays(run: Run, kept: Iterable[StoredRun]) -> Run:
+    """Return the run, sharing label map and drawn borders with a stored run where they are equal."""
+    checksum = crc32(run.blocks.labels.data)
+    for other in kept:
+        ours, theirs = run.blocks, other.run.blocks
+        if other.checksum == checksum and np.array_equal(theirs.labels, ours.labels):
+            same = ours.drawn is not None and theirs.drawn is not None and np.array_equal(ours.drawn, theirs.drawn)
+            drawn = theirs.drawn if same else ours.drawn
+            return replace(run, blocks=replace(ours, labels=theirs.labels, drawn=drawn))
+    return run
+
+
+def memory_of(kept: Iterable[StoredRun]) -> int:
+    """Return the memory [bytes] of all runs together, without their frames."""
+    sizes: dict[int, int] = {}
+    for one in kept:
+        added = () if one.extrapolation is None else one.extrapolation[:2]
+        blocks = one.run.blocks
+        by_hand = None if blocks.by_hand is None else blocks.by_hand.depth
+        arrays = [blocks.labels, blocks.drawn, blocks.extracted, by_hand, *added]
+        sizes |= {id(array): array.nbytes for array in arrays if array is not None}
+        sizes |= {
+            id(result): result.depth.nbytes + result.block.mask.nbytes + _RECORD * len(result.history)
+            for result in one.results.values()
+        }
+    return sum(sizes.values())
+
+
+def next_colour(kept: Collection[StoredRun]) -> Colour:
+    """Return a colour that none of the latest runs has."""
+    latest = [one.colour for one in kept][-len(RUN_COLOURS) + 1 :]
+    return next(colour for colour in RUN_COLOURS if colour not in latest)
+
+
+def parameters_text(document: Document, run: Run, max_values: int | None = None) -> str:
+    """Return the nearest preset, the parameters that differ from it and own parameters of blocks; `max_values` of
+    each."""
+    texts = [_likeness_text(run.parameters, max_values)]
+    own = {label: _own_words(run.parameters_of(label), run.parameters, max_values) for label in run.blocks.own}
+    own = {label: words for label, words in own.items() if words}
+    if max_values is not None and len(own) > 1:
+        return f"{texts[0]}; {len(own)} blocks with own parameters"
+    texts += [f"{document.info(label).name}: {words}" for label, words in own.items()]
+    return "; ".join(texts)
+
+
+def run_name(document: Document, number: int, run: Run, edit: str = "", live: bool = False) -> str:
+    """Return the default name of a run: its number, the edit that started it if any, and its parameters."""
+    what = "; ".join(([edit] if edit else []) + [parameters_text(document, run, _IN_NAMES)])
+    return f"{'Live' if live else 'Run'} {number}: {what}"
+
+
+def first_run(document: Document, completion: Completion) -> StoredRun:
+    """Return the run of a record as the first of a frame's history."""
+    run, results = replace(completion.run, only=None), completion.results
+    extrapolation = Extrapolation.of(completion) if completion.run.extrapolate else None
+    name, done = run_name(document, 1, run), frozenset(results)
+    return StoredRun(1, name, run, results, 0.0, RUN_COLOURS[0], done=done, extrapolation=extrapolation)
+
+
+def title_of(name: str, document: Document, run: Run) -> str:
+    """Return a name without the parameters of its default name; unchanged if they are not in it."""
+    return name.removesuffix(parameters_text(document, run, _IN_NAMES)).rstrip(":; ") or name
+
+
+# cached: every row needs these whenever the list changes
+
+
+@lru_cache(maxsize=512)
+def _likeness_text(parameters: Parameters, max_values: int | None) -> str:
+    return nearest_preset(parameters).text(max_values)
+
+
+@lru_cache(maxsize=2048)
+def _own_words(parameters: Parameters, common: Parameters, max_values: int | None) -> str:
+    return ", ".join(to_text(parameters.differences_from(common), max_values))

@@ -6,7 +6,7 @@ import uuid
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
-from gui.state.entries import Entry
+from gui.state.workspace import Entry
 from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef, ReadingOptions
 

@@ -20,8 +20,8 @@ from gui.features.frame_list.feature import FramesFeature
 from gui.features.run_history.panel import RunsPanel
 from gui.features.sweep.feature import SweepFeature
 from gui.state.document import Document
-from gui.state.entries import Entry
 from gui.state.parts import Part
+from gui.state.workspace import Entry
 from ilf.project.file import open_project as read_project
 from ilf.project.project import Stage
 from ilf.run.options import ExportOptions

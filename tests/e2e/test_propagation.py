@@ -16,8 +16,8 @@ from gui.features.propagation import PropagateDialog, PropagationFeature
 from gui.features.quality import QualityPanel
 from gui.features.sharing import Sharing, SharingPanel
 from gui.state.document import Document
-from gui.state.entries import Entry
 from gui.state.parts import Part
+from gui.state.workspace import Entry
 from ilf.data.blocks import Blocks
 from ilf.project.frame_state import FrameState
 from ilf.project.project import Stage

@@ -10,7 +10,7 @@ import ilf
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Scope, subjects_of
 from gui.project.store import WorkStore
-from gui.state.entries import Entry
+from gui.state.workspace import Entry
 from ilf.errors import InputError
 from ilf.project.frame_state import FrameState
 from ilf.project.project import FrameSummary

@@ -32,9 +32,9 @@ from ...widgets.basics import (
 from ...widgets.docks import PanelGroup
 from ...widgets.row_table import NumberTable
 from ...work.latest_request import LatestRequest
+from ..blocks.feature import BlocksFeature
 from ..context import Context
 from ..panel import Panel
-from .block_errors import BlockErrorsFeature
 from .evaluation import (
     GROUND_TRUTH_COLUMNS,
     AreaErrors,
@@ -79,8 +79,8 @@ class AccuracyPanel(Panel):
     what = "hold-out test"
 
     def __init__(self, context: Context) -> None:
+        self.outcomes: WeakKeyDictionary[Document, HoldOutOutcome] = WeakKeyDictionary()
         super().__init__(context)
-        self.outcomes = context.feature(BlockErrorsFeature).outcomes
         self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._reader = LatestRequest(self)
         self._expected: ExpectedErrors = WeakKeyDictionary()
@@ -238,7 +238,7 @@ class AccuracyPanel(Panel):
             kept = candidate.kept
             if kept in document.state.runs and kept.run is candidate.run:  # a slider drag changes it
                 document.change_run(kept, hold_out_error=whole.rmse, hold_out_test=outcome.test)
-        self.context.refresh.mark("block errors")
+        self.context.feature(BlocksFeature).take_hold_out(document, outcome.errors_of)
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""

@@ -1,11 +1,16 @@
-"""The blocks of the current frame: their table, their commands, and the context menus of table and views."""
+"""The blocks of the current frame: their table with their errors, their commands, and the context menus."""
 
 from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QMenu
 
@@ -13,11 +18,12 @@ from ilf._runtime.formatting import counted
 from ilf.data.blocks import block_colour
 from ilf.data.parameters import Parameters
 from ilf.data.results import BlockResult
+from ilf.evaluation.evaluation import Evaluation, evaluate_blocks
 
 from ...base.commands import command
 from ...base.needs import Need, sentence
-from ...state.blocks import BlockCounts
 from ...state.document import Document
+from ...state.frame_data import BlockCounts
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
@@ -32,8 +38,11 @@ from .table import BlockRow, BlockTable
 # The rows of the table of blocks.
 
 
-def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
-    """Rows of the current frame: one per block that has pixels, or is selected for painting."""
+def block_rows(
+    document: Document, runs: FrameRuns, errors: Mapping[int, float] | None = None, errors_are_expected: bool = False
+) -> list[BlockRow]:
+    """Rows of the current frame: one per block that has pixels, or is selected for painting; with their known errors
+    [m]."""
     results = document.valid_results()
     counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
     queued = runs.queued
@@ -46,9 +55,10 @@ def block_rows(document: Document, runs: FrameRuns) -> list[BlockRow]:
             label,
             document.info(label),
             count,
-            error=document.block_errors.rmse.get(label, math.nan),
+            error=(errors or {}).get(label, math.nan),
+            error_is_expected=errors_are_expected,
             look=_check_reason(document, label),
-            own=", ".join(parameter_labels(document.blocks.own.get(label, ()))),
+            own=", ".join(parameter_labels(document.blocks.own[label])) if label in document.blocks.own else "",
         )
         if records:
             row = replace(row, state="running", iterations=len(records), sigma_i=records[-1].sigma_i)
@@ -96,19 +106,51 @@ def _detail(result: BlockResult, wanted: Parameters | None) -> str:
     return "\n".join(lines)
 
 
+def expected_errors(error: NDArray[np.float32], labels: NDArray[np.int32]) -> dict[int, float]:
+    """Return the root mean square of the expected error [m], float32 (H, W), NaN = unknown, over each block."""
+    known = np.isfinite(error)
+    inside = labels[known]
+    counts = np.bincount(inside)
+    sums = np.bincount(inside, np.square(error[known], dtype=np.float64))
+    there = [int(label) for label in np.flatnonzero(counts) if label]
+    return {label: float(np.sqrt(sums[label] / counts[label])) for label in there}
+
+
+HeldOut = Callable[[Document], Mapping[int, float]]
+"""Finds the errors [m] of a frame's blocks in a hold-out test, as far as they are valid."""
+
+_EVALUATED = Part.FRAME | Part.LABELS | Part.RESULTS | Part.SOME_RESULTS | Part.GROUND_TRUTH
+"""The parts that errors against ground truth depend on."""
+_OF_ERRORS = _EVALUATED | Part.PARAMETERS | Part.EXPECTED_ERROR
+"""Those that any errors depend on."""
 _COLOURS = 1000
 """Upper limit of the start number of shuffled colours."""
 
 
 class BlocksFeature(Panel):
-    """The table of blocks, the commands on the selected ones, and both context menus."""
+    """The table of blocks, the commands on the selected ones, and both context menus.
+
+    The errors in the table are those against ground truth; without it, those of a hold-out test that is valid; else the
+    expected ones.
+    """
 
     title, icon, group, at_start = "Blocks", "ph.stack", PanelGroup.WORK, True
     parts = Part.FRAME | Part.LABELS | Part.INFOS | Part.SELECTION | Part.PARAMETERS | Part.RESULTS | Part.RUNNING
-    parts |= Part.BLOCK_ERRORS
+    parts |= Part.GROUND_TRUTH | Part.EXPECTED_ERROR
     deferred = Part.SOME_RESULTS | Part.RECORDS
+    what = "evaluation against ground truth"
 
     def __init__(self, context: Context) -> None:
+        self._errors: tuple[Mapping[int, float], bool] | None = None
+        """The known errors of blocks [m], and whether they are the expected ones; None before they are looked up."""
+        self._held_out: WeakKeyDictionary[Document, HeldOut] = WeakKeyDictionary()
+        self._evaluated: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
+        """A frame with ground truth, and the evaluation of its blocks."""
+        self._expected: dict[int, float] = {}
+        """Expected errors of the blocks, from the expected error `_of`."""
+        self._of: NDArray[np.float32] | None = None
+        self._results: WeakValueDictionary[int, BlockResult] = WeakValueDictionary()
+        """The results that `_expected` belongs to."""
         super().__init__(context)
         context.views.navigation.contextMenuRequested.connect(self._show_menu_at)
         context.loader.busy_changed.connect(self._show_hint)
@@ -130,16 +172,58 @@ class BlocksFeature(Panel):
         self.table.viewport().update()
 
     def refresh(self, parts: Part) -> None:
-        """Update the rows and the selection."""
+        """Update the rows and the selection, and have the results evaluated again if they have changed."""
         table, workspace = self.table, self.context.workspace
-        self._show_hint()
         if not workspace.has_current:
             table.set_rows([])
+            self._show_hint()
             return
         document = workspace.current
-        table.set_rows(block_rows(document, self.context.runs.current), document.block_errors.source)
+        if parts & _EVALUATED:
+            self._evaluate(document)
+        if self._errors is None or parts & _OF_ERRORS:
+            self._errors = self._known_errors(document)
+        rows = block_rows(document, self.context.runs.current, *self._errors)
+        table.set_rows(rows)
+        if not rows:
+            self._show_hint()
         if table.chosen() != [label for label in table.labels() if label in document.selected]:
             table.select(document.selected)
+
+    def _evaluate(self, document: Document) -> None:
+        """Have the current results evaluated, if there is ground truth."""
+        completion = None if document.frame.ground_truth is None else document.completion()
+        if completion is None:
+            self.requests.forget()
+            self._evaluated = None, {}
+        else:
+            frame, labels = document.frame, document.labels.copy()
+            self.requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
+
+    def _take(self, document: Document, evaluated: Mapping[int, Evaluation]) -> None:
+        self._evaluated, self._errors = (document, evaluated), None
+        self.redraw()
+
+    def take_hold_out(self, document: Document, errors_of: HeldOut) -> None:
+        """Show the errors of the last hold-out test of a frame, as long as they are valid."""
+        self._held_out[document], self._errors = errors_of, None
+        self.redraw()
+
+    def _known_errors(self, document: Document) -> tuple[Mapping[int, float], bool]:
+        if document.frame.ground_truth is not None:
+            of, found = self._evaluated
+            evaluated = found if of is document else {}
+            return {label: one.rmse for label, one in evaluated.items() if one.pixels}, False
+        if document in self._held_out and (held_out := self._held_out[document](document)):
+            return held_out, False
+        error, results = document.expected_error(), document.valid_results()
+        if error is None:  # until it is computed again: of the blocks with unchanged results
+            same = {label for label, result in results.items() if self._results.get(label) is result}
+            return {label: rmse for label, rmse in self._expected.items() if label in same}, True
+        if error is not self._of:
+            self._of, self._results = error, WeakValueDictionary(results)
+            self._expected = expected_errors(error, document.labels)
+        return self._expected, True
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QAbstractItemView, QColorDialog, QMenu
 from ilf._runtime.formatting import grouped, millimetres, natural
 from ilf.data.blocks import BlockInfo
 
-from ...state.blocks import EXPECTED, BlockCounts
+from ...state.frame_data import BlockCounts
 from ...state.workspace import Workspace
 from ...widgets.row_table import Heading, RowTable, TableCell
 
@@ -58,6 +58,8 @@ class BlockRow:
         Why a propagated block needs checking; "" if it does not.
     error : float
         Root mean square error [m]; NaN if unknown.
+    error_is_expected : bool
+        Whether it is an estimate only.
     """
 
     label: int
@@ -70,6 +72,7 @@ class BlockRow:
     own: str = ""
     look: str = ""
     error: float = math.nan
+    error_is_expected: bool = False
 
 
 class BlockColumn(IntEnum):
@@ -124,14 +127,14 @@ _HEADINGS: dict[int, Heading] = {
 }
 
 
-def _cells(row: BlockRow, error_source: str) -> dict[int, TableCell]:
+def _cells(row: BlockRow) -> dict[int, TableCell]:
     """Return what the table shows of a block. The first click on a header sorts ascending, and should show the worst
     block first."""
     info, counts = row.info, row.counts
     look = f"Propagated block, needs checking: {row.look}" if row.look else ""
     own = f"Own parameters: {row.own}" if row.own else ""
     tone = "" if info.visible else "muted"
-    of_error = tone or ("muted" if error_source == EXPECTED else "")
+    of_error = tone or ("muted" if row.error_is_expected else "")
     iterations, sigma = str(row.iterations or ""), f"{1000 * row.sigma_i:.3f}"
     return {
         BlockColumn.COLOUR: TableCell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
@@ -204,15 +207,14 @@ class BlockTable(RowTable):
         self.selectionModel().selectionChanged.connect(lambda *_: self.labelsSelected.emit(self.chosen()))
         self._shown: dict[int, BlockRow] = {}
 
-    def set_rows(self, rows: Iterable[BlockRow], error_source: str = "") -> None:
-        """Show these rows, with errors of a source; selection, scroll position and sorting stay, equal rows are not
-        updated.
+    def set_rows(self, rows: Iterable[BlockRow]) -> None:
+        """Show these rows; selection, scroll position and sorting stay, equal rows are not updated.
 
         `labelsSelected` is not emitted: the caller knows the removed rows.
         """
         self._shown = {row.label: row for row in sorted(rows, key=lambda row: row.label)}
         with QSignalBlocker(self):
-            self.rows.show_rows({label: _cells(row, error_source) for label, row in self._shown.items()})
+            self.rows.show_rows({label: _cells(row) for label, row in self._shown.items()})
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `labelsSelected` is not emitted."""

@@ -37,8 +37,8 @@ from ilf.run.run import Run
 from ilf.run.writing import check_cloud_and_mesh
 
 from ...base import theme
-from ...state.entries import Entry
 from ...state.parts import Part
+from ...state.workspace import Entry
 from ...widgets.basics import Message, combo, form, give_size, label_of, literal_text, row, row_list, scrolled, stack
 from ...widgets.file_choice import EXPORTS, EXPORTS_OF_FRAMES, remember_folder, save_folder
 from ...widgets.hold_out_choice import HoldOutChoice

@@ -36,8 +36,8 @@ from ilf.sources.reading import read_frame
 from ...project.loading import state_reader
 from ...project.store import WorkStore
 from ...state.document import Document
-from ...state.entries import Entry
 from ...state.parameters import DocumentParameters
+from ...state.workspace import Entry
 from ...work.jobs import spare_cores
 from .pdf import pdf_of
 

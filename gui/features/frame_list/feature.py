@@ -14,8 +14,8 @@ from ilf.project.project import Stage
 from ...base import theme
 from ...base.commands import Command, command
 from ...base.needs import Need
-from ...state.entries import Entry
 from ...state.parts import Part
+from ...state.workspace import Entry
 from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ..context import Context

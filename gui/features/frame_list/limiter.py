@@ -47,7 +47,7 @@ class OpenFrameLimiter(QObject):
         context = self._context
         return (
             document in context.runs.running
-            or context.loader.is_extracting(document)
+            or document in context.loader.extracting
             or any(way.about is document for way in context.pending_work())
         )
 

@@ -13,7 +13,7 @@ from PySide6.QtGui import QPixmap
 from ilf._runtime.formatting import counted, natural
 from ilf.project.project import FrameSummary, Stage
 
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...widgets.basics import literal_text
 from ...widgets.row_table import Index
 

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...widgets.basics import combo, lay_out, paint_hint
 from .model import ENTRY, ORDERS, STATES, FrameListModel, counts, shown_entries
 from .painter import FramePainter

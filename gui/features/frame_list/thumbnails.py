@@ -21,7 +21,7 @@ from ilf.sources.frame_folder import frame_folder
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.opening import opened
 
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...views.drawings import rgb_image
 from ...work.jobs import Worker
 

@@ -76,7 +76,7 @@ class InspectPanel(Panel):
         self._marks = [Marks(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, _DEPTH, also=(context.editor.tool_changed,))
+        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
         context = self.context
@@ -174,6 +174,7 @@ class InspectPanel(Panel):
         for marks in self._marks:
             marks.show(line, self._place, looked.region, lines, texts)
         self.context.cloud.canvas.set_lines(lines, texts)
+        self.context.refresh.defer("inspect marks", _DEPTH if lines else NO_PART)  # distances follow the depth
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
     def _remove_marks(self) -> None:

@@ -21,8 +21,8 @@ from ilf.sources.named_places import note_opened
 from ...base.commands import command, take_typed
 from ...base.needs import Need
 from ...base.paths import PROJECT_SUFFIX
-from ...state.entries import Entry
 from ...state.parts import Part
+from ...state.workspace import Entry
 from ...widgets.file_choice import ask_path, last_folder, remember_folder
 from ...widgets.notices import ACCEPT, DESTROY, ask
 from ...work.steps import Steps, go_on, in_steps

@@ -16,7 +16,7 @@ from ilf.project.state_codec import UnreadableFrame
 from ilf.sources.named_places import note_opened
 
 from ...project.current_project import source_of
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...widgets.notices import ACCEPT, ask, error_text
 from ...work.steps import Steps, in_steps
 from ..context import Context

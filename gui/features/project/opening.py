@@ -17,7 +17,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ...base.paths import PROJECT_SUFFIX
 from ...project.current_project import apply_settings
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...work.steps import Steps, in_steps
 from ..context import Context
 from ..layouts import restore_views

@@ -16,7 +16,7 @@ from ilf.project.project import Project
 
 from ...project.current_project import has_content
 from ...state.document import Document
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...work.latest_request import LatestRequest
 from ...work.steps import Steps, in_steps
 from ..context import Context

@@ -25,15 +25,14 @@ from ilf.run.run import Run
 
 from ...base.commands import command
 from ...base.needs import Need
-from ...state.document import Document
+from ...state.document import MAX_COMPARED, Document
 from ...state.parts import Part
-from ...state.run_history import MAX_COMPARED, title_of
 from ...widgets.basics import lay_out
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.row_table import ICON_SIZE
 from ...work.frame_runs import RunState
-from ...work.run_recorder import RunRecorder
+from ...work.run_recorder import RunRecorder, title_of
 from ..context import Context
 from ..panel import Panel
 from .table import RunColumn, RunView, values_of

@@ -16,9 +16,9 @@ from ilf.completion.confidence.expected_error import RMS_MEANING, RMS_NAME
 from ilf.data.parameters import PRESETS, Parameters, nearest_preset
 from ilf.project.run_history import StoredRun
 
-from ...state.document import Document
-from ...state.run_history import MAX_COMPARED, parameters_text, title_of
+from ...state.document import MAX_COMPARED, Document
 from ...widgets.row_table import Heading, RowTable, TableCell
+from ...work.run_recorder import parameters_text, title_of
 
 
 class RunColumn(IntEnum):

@@ -19,7 +19,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
 from ...project.store import WorkStore
-from ...state.entries import Entry
+from ...state.workspace import Entry
 from ...views.view_data import Before, Depth
 
 

@@ -28,8 +28,8 @@ from ilf.stream.stream import Stream, StreamStatistics
 from ...base.commands import Command, command
 from ...base.needs import Need, sentence
 from ...state.document import Document
-from ...state.entries import Entry
 from ...state.parts import Part
+from ...state.workspace import Entry
 from ...views.view_data import Before, Depth
 from ...widgets.basics import command_button, lay_out, menu_button
 from ...widgets.file_choice import ask_path, choose_file, choose_folder

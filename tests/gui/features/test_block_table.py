@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
 from gui.features.blocks.table import BlockColumn, BlockRow, BlockTable
-from gui.state.blocks import BlockCounts
+from gui.state.frame_data import BlockCounts
 from ilf.data.blocks import BlockInfo
 
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLineEdit, QListView
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.model import FrameListModel, last_line, shown_entries, tooltip_text
 from gui.features.frame_list.panel import FramesPanel
-from gui.state.entries import Entry
+from gui.state.workspace import Entry
 from gui.work.jobs import stop_workers
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef, ReadingOptions

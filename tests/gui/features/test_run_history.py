@@ -9,11 +9,10 @@ import pytest
 import ilf
 from gui.features.run_history.panel import measure, write_runs
 from gui.features.run_history.table import best_of, values_of
-from gui.state.document import Document
+from gui.state.document import MAX_COMPARED, RUN_COLOURS, Document
 from gui.state.parameters import DRAG_S
-from gui.state.run_history import COLOURS, MAX_COMPARED, memory_of, with_shared_arrays
 from gui.work.frame_runs import RunState
-from gui.work.run_recorder import RunRecorder
+from gui.work.run_recorder import RunRecorder, memory_of, with_shared_arrays
 from ilf.errors import ExportError
 from ilf.project.run_history import StoredRun
 
@@ -33,7 +32,7 @@ def stored_run(document: Document, number: int = 1, parameters: object = None, *
     chosen = document.state.common if parameters is None else parameters
     run = with_shared_arrays(ilf.Run(document.frame, document.blocks, chosen), document.state.runs)
     results = ilf.complete(document.frame, document.labels, chosen).results
-    return StoredRun(number, f"Run {number}", run, results, 0.5, COLOURS[0], done=frozenset(results), **more)
+    return StoredRun(number, f"Run {number}", run, results, 0.5, RUN_COLOURS[0], done=frozenset(results), **more)
 
 
 def names(document: Document) -> list[str]:
@@ -168,7 +167,7 @@ def test_accepting_a_run_of_mixed_values_leaves_every_block_up_to_date(document,
 def test_restoring_takes_common_and_own_values_as_one_step(document, workspace):
     workspace.parameters.set(ilf.preset(noise=0.01))
     workspace.parameters.set_own({"smoothness": 2.0}, [2])
-    kept = StoredRun(1, "Run 1", document.run(document.state.common), {}, 0.0, COLOURS[0])
+    kept = StoredRun(1, "Run 1", document.run(document.state.common), {}, 0.0, RUN_COLOURS[0])
     workspace.parameters.set(QUICK)
     workspace.parameters.set_own({"centred": False}, [1])
     edit(workspace, 3)

@@ -10,9 +10,9 @@ import pytest
 import ilf
 from gui.project.current_project import CurrentProject
 from gui.state.document import Document
-from gui.state.entries import Entry
 from gui.state.parts import Part
-from gui.state.workspace import Workspace
+from gui.state.workspace import Entry, Workspace
+from gui.work.run_recorder import first_run
 from ilf.project.frame_state import FrameState
 from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import FrameRef
@@ -163,7 +163,7 @@ def test_the_work_is_told_in_words(saved, workspace, document):
 def test_the_run_of_an_opened_record_is_no_unsaved_work(workspace, document, results):
     document.store_results(results)
     recorded = Document.of(document.run(QUICK), "run.json", "run.json")
-    workspace.open_document(recorded, recorded.run(QUICK), completion=document.completion())
+    workspace.open_document(recorded, recorded.run(QUICK), first=first_run(recorded, document.completion()))
     assert len(recorded.state.runs) == 1
     assert not recorded.unsaved
     recorded.edit_info(1, "Rename", name="Wall")

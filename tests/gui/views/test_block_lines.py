@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gui.views.screen_layers import BlockLines, Sampling
+from gui.views.image_view import Sampling
+from gui.views.shown_blocks import BlockLines
 from ilf.data.blocks import whole
 
 HEIGHT, WIDTH = 24, 30
