@@ -161,6 +161,12 @@ def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     assert panel.readout.text == last
 
 
+@pytest.mark.parametrize(("l1", "said"), [(12.34, "L1 12.34 m "), (12_345.6, "L1 12,346 m ")])
+def test_readout_gives_the_norm_with_four_digits_or_all_of_a_large_one(panel, l1, said):
+    panel.show_curves([curve([replace(record, l1=l1) for record in staged()])])
+    assert said in panel.readout.text
+
+
 def test_a_curve_that_ended_at_a_limit_says_so(panel):
     sentence = "Stopped at the limit of steps before it was steady."
     panel.show_curves([curve(staged(), limit=sentence)])

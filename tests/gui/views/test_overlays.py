@@ -135,6 +135,24 @@ def test_nothing_stays_where_it_was(views, overlay):
         assert _stale(views) == 0, f"at {scale} screen pixels per pixel"
 
 
+def _square():
+    path = QPainterPath()
+    path.addRect(90, 60, 60, 50)
+    return path
+
+
+@pytest.mark.parametrize(
+    "parts", [{"line": _square()}, {"corners": [(90, 60)]}, {"area": _square()}, {"line_preview": _square()}]
+)
+def test_every_part_of_a_preview_is_drawn_until_it_ends(views, parts):
+    viewport = views.cells["colour"].view.viewport()
+    before = _numbers(viewport.grab())
+    views.set_preview(Preview(**{"line": QPainterPath()} | parts))
+    assert (_numbers(viewport.grab()) != before).any()
+    views.set_preview(None)
+    assert (_numbers(viewport.grab()) == before).all()
+
+
 def test_lines_around_blocks_are_repainted_in_the_whole_frame(views):
     assert views.cells["colour"].view.lines.extent == QRectF(0, 0, WIDTH, HEIGHT)
 
