@@ -153,6 +153,15 @@ def test_every_part_of_a_preview_is_drawn_until_it_ends(views, parts):
     assert (_numbers(viewport.grab()) == before).all()
 
 
+def test_the_line_of_a_preview_is_dashed_where_it_is_a_suggestion(views):
+    viewport, pictures = views.cells["colour"].view.viewport(), []
+    for given in ({}, {"dashed": False}, {"dashed": True}):
+        views.set_preview(Preview(_square(), **given))
+        pictures.append(_numbers(viewport.grab()))
+    assert (pictures[0] == pictures[1]).all()
+    assert (pictures[1] != pictures[2]).any()
+
+
 def test_lines_around_blocks_are_repainted_in_the_whole_frame(views):
     assert views.cells["colour"].view.lines.extent == QRectF(0, 0, WIDTH, HEIGHT)
 
