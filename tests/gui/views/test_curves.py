@@ -180,7 +180,10 @@ def test_a_curve_that_ended_at_a_limit_says_so(panel):
 
 def test_over_time_the_nearest_in_time_is_read(panel):
     panel.show_curves([curve(staged())])
+    axes = [plot.getAxis("bottom") for plot in (panel.sigma_plot, panel.l1_plot)]
+    by_iterations = [axis.labelText for axis in axes]
     panel.set_by_time(True)
+    assert [axis.labelText for axis in axes] != by_iterations
     np.testing.assert_allclose(drawn(panel.sigma_plot)[0], 0.01 * np.arange(1, 41))
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
@@ -188,6 +191,7 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert not CurvesPanel(persistent=True)._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
+    assert [axis.labelText for axis in axes] == by_iterations
 
 
 def test_the_choice_of_the_axis_is_remembered(qtbot):
