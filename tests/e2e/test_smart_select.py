@@ -130,6 +130,7 @@ def test_with_a_block_selected_shift_adds_ctrl_takes_away_a_click_makes_a_new_on
     assert document.undo_stack.count() == 4
 
     selecting.actions_["lock_blocks"].trigger()
+    assert document.undo_stack.undoText().startswith("Lock ")
     before = document.labels.copy()
     click(selecting, (50, 20), SHIFT)
     _wait(selecting, qtbot)

@@ -418,6 +418,15 @@ def test_the_name_of_a_folder_allows_nothing_else(end, tmp_path):
     assert end == "\n" or named_in(str(folder), None)
 
 
+def test_what_is_opened_holds_for_the_process_where_no_list_can_be_written(tmp_path):
+    (tmp_path / "state").write_text("no folder")
+    (tmp_path / "in").mkdir()
+    with pytest.raises(NotAllowed):
+        named_in(str(tmp_path / "in"), None)
+    note_opened(tmp_path / "in")
+    assert named_in(str(tmp_path / "in"), None)
+
+
 SECRETS = [
     *("https://me:{}@host/a", "HTTPS://me:{}@host/a", "https:/me:{}@host/a", "/home/https:/me:{}@host/a.png"),
     *("https://{}:x@host/a", "https://me:x@{}@host/a", "zip://a::https://me:{}@host/a", "//me:{}@host/share"),

@@ -57,6 +57,13 @@ def _names(table: BlockTable) -> list[str]:
     return [model.index(row, BlockColumn.NAME).data() for row in range(model.rowCount())]
 
 
+def test_only_a_block_that_needs_a_look_says_why(table):
+    table.set_rows([replace(row, look="It is new." if row.label == 2 else "") for row in _rows(3)])
+    names = [table.model().index(row, BlockColumn.NAME) for row in range(3)]
+    assert ["It is new." in name.data(Qt.ItemDataRole.ToolTipRole) for name in names] == [False, True, False]
+    assert [name.data(Qt.ItemDataRole.DecorationRole) is not None for name in names] == [False, True, False]
+
+
 def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     table.sortByColumn(BlockColumn.PIXELS, Qt.SortOrder.DescendingOrder)
     table.select([3, 5])

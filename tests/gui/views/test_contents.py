@@ -170,6 +170,9 @@ def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     drag(views.cells["depth-in"].view, (50, 30), (20, 30))
     assert views.sides.x == 50, "where there is no handle there is nothing to drag"
     assert "PRESS" in heard
+    for x, is_over in ((50, True), (20, False)):
+        QTest.mouseMove(cell.view.viewport(), place(cell.view, x, 30))
+        assert (cell.view.viewport().cursor().shape() is Qt.CursorShape.SplitHCursor) is is_over
     views.give(ground_truth=flat(2.9))
     views.sides.choose("ground_truth", "run-1")
     assert painted_at(cell, 45.5, 40.5) == run_2

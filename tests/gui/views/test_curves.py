@@ -161,6 +161,12 @@ def test_readout_follows_the_cursor_and_returns_to_the_last(panel):
     assert panel.readout.text == last
 
 
+@pytest.mark.parametrize(("l1", "said"), [(12.34, "L1 12.34 m "), (12_345.6, "L1 12,346 m ")])
+def test_readout_gives_the_norm_with_four_digits_or_all_of_a_large_one(panel, l1, said):
+    panel.show_curves([curve([replace(record, l1=l1) for record in staged()])])
+    assert said in panel.readout.text
+
+
 def test_a_curve_that_ended_at_a_limit_says_so(panel):
     sentence = "Stopped at the limit of steps before it was steady."
     panel.show_curves([curve(staged(), limit=sentence)])
@@ -174,7 +180,10 @@ def test_a_curve_that_ended_at_a_limit_says_so(panel):
 
 def test_over_time_the_nearest_in_time_is_read(panel):
     panel.show_curves([curve(staged())])
+    axes = [plot.getAxis("bottom") for plot in (panel.sigma_plot, panel.l1_plot)]
+    by_iterations = [axis.labelText for axis in axes]
     panel.set_by_time(True)
+    assert [axis.labelText for axis in axes] != by_iterations
     np.testing.assert_allclose(drawn(panel.sigma_plot)[0], 0.01 * np.arange(1, 41))
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
@@ -182,6 +191,7 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert not CurvesPanel(persistent=True)._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
+    assert [axis.labelText for axis in axes] == by_iterations
 
 
 def test_the_choice_of_the_axis_is_remembered(qtbot):

@@ -411,7 +411,10 @@ def test_layouts_and_the_double_click_on_a_title(views, qtbot):
     assert views.shows("expected")
     assert not views.cells["difference"].isVisible()
     strip = views.cells["depth-out"].strip
+    QTest.mouseClick(strip, LEFT, pos=QPoint(5, 5))
+    assert QApplication.activePopupWidget() is not None, "one click opens the menu"
     QTest.mouseDClick(strip, LEFT)
+    assert QApplication.activePopupWidget() is None
     assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["depth-out"]
     assert not views.shows("expected")
     qtbot.waitUntil(lambda: view_of(views, "depth-out").viewport().width() > 700)

@@ -135,6 +135,33 @@ def test_nothing_stays_where_it_was(views, overlay):
         assert _stale(views) == 0, f"at {scale} screen pixels per pixel"
 
 
+def _square():
+    path = QPainterPath()
+    path.addRect(90, 60, 60, 50)
+    return path
+
+
+@pytest.mark.parametrize(
+    "parts", [{"line": _square()}, {"corners": [(90, 60)]}, {"area": _square()}, {"line_preview": _square()}]
+)
+def test_every_part_of_a_preview_is_drawn_until_it_ends(views, parts):
+    viewport = views.cells["colour"].view.viewport()
+    before = _numbers(viewport.grab())
+    views.set_preview(Preview(**{"line": QPainterPath()} | parts))
+    assert (_numbers(viewport.grab()) != before).any()
+    views.set_preview(None)
+    assert (_numbers(viewport.grab()) == before).all()
+
+
+def test_the_line_of_a_preview_is_dashed_where_it_is_a_suggestion(views):
+    viewport, pictures = views.cells["colour"].view.viewport(), []
+    for given in ({}, {"dashed": False}, {"dashed": True}):
+        views.set_preview(Preview(_square(), **given))
+        pictures.append(_numbers(viewport.grab()))
+    assert (pictures[0] == pictures[1]).all()
+    assert (pictures[1] != pictures[2]).any()
+
+
 def test_lines_around_blocks_are_repainted_in_the_whole_frame(views):
     assert views.cells["colour"].view.lines.extent == QRectF(0, 0, WIDTH, HEIGHT)
 

@@ -553,11 +553,14 @@ def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files,
     assert sorted(Path().iterdir()) == before
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts_have_commands_options_and_choices(shell, cli):
+@pytest.mark.parametrize(
+    ("shell", "of_files"), [("bash", "=_shtab_compgen_files"), ("zsh", ":_files"), ("fish", "__fish_complete_path")]
+)
+def test_completion_scripts_have_commands_options_choices_and_files(shell, of_files, cli):
     text = cli("--completion", shell).out
     words = [*COMMANDS, "blocks-granularity", "fill+denoise"]
     assert not [word for word in words if word not in text]
+    assert text.count(of_files) > len(COMMANDS)
     if found := shutil.which(shell):
         subprocess.run([found, "-n"], input=text, text=True, check=True)
 

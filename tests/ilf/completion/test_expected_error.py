@@ -54,6 +54,11 @@ def test_it_grows_with_depth_at_least_in_proportion_but_never_beyond_it():
     assert (error[HOLE] >= 0.999 * FLOOR * wild[HOLE]).all()
 
 
+def test_it_is_larger_beside_a_surface_that_bends():
+    rippled = (PLANE + 0.02 * np.sin(COLUMNS / 3)).astype(np.float32)
+    assert np.median(error_of(rippled)[HOLE]) > 2 * np.median(error_of(PLANE)[HOLE])
+
+
 @pytest.mark.parametrize("shape", [(1, 9), (9, 1), (3, 3), (7, 33)])
 def test_a_single_known_pixel_gives_finite_errors_that_are_no_certainty(shape):
     depth = np.full(shape, np.nan, np.float32)
@@ -75,6 +80,12 @@ def test_each_block_of_a_completion_has_the_model_of_its_filter(tmp_path):
     expected = np.where(labels == 1, of_filter["ideal"], of_filter["edge-aware"])
     np.testing.assert_array_equal(ilf.expected_error(mixed), expected)
     np.testing.assert_array_equal(np.isfinite(expected), completion.filled)
+    canny = ilf.BlockParameters(detector="canny")
+    of_second = {**completion.results, 2: replace(second, edges=canny)}
+    of_both = of_second | {1: replace(completion.results[1], edges=canny)}
+    by_canny, both_by_canny = (ilf.expected_error(replace(completion, results=one)) for one in (of_second, of_both))
+    assert not np.array_equal(by_canny, expected, equal_nan=True)
+    np.testing.assert_array_equal(by_canny, both_by_canny)
     extrapolations = replace(completion, extrapolated=completion.filled & (labels == 2))
     np.testing.assert_array_equal(ilf.expected_error(extrapolations), expected)
 

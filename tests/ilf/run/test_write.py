@@ -50,6 +50,11 @@ def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_p
     assert json.loads((out / "run.json").read_text())["program"] == "ilf-studio"
 
 
+def test_what_is_asked_for_twice_is_written_once():
+    options = ExportOptions(depth_formats=["npy", "png", "npy"], exports=["tum.png", "tum.png"])
+    assert (options.depth_formats, options.exports) == (("npy", "png"), ("tum.png",))
+
+
 def test_only_chosen_files_are_written_and_others_left_alone(run, completion, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     options = ExportOptions((), expected_error=False, labels=True, curves=False, cloud=None, run_record=False)

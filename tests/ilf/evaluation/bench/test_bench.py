@@ -146,6 +146,18 @@ def test_the_command_prints_tables_and_writes_files(two_frames, tmp_path, capsys
     assert float(lines[0]["rmse_mm"]) == pytest.approx(content["table"][0]["rmse_mm"], rel=1e-12)
 
 
+def test_a_seed_hides_other_depth_and_the_same_each_time(two_frames, tmp_path):
+    arguments = ["--pattern", "random", "--methods", "nearest", "--limit", "1"]
+    found = [
+        [
+            {name: value for name, value in row.items() if "seconds" not in name}
+            for row in run_command(two_frames, *arguments, "--seed", seed, json_file=tmp_path / "a.json")["rows"]
+        ]
+        for seed in ("1", "1", "2")
+    ]
+    assert found[0] == found[1] != found[2]
+
+
 def test_the_first_frames_may_be_enough(two_frames, tmp_path, capsys):
     arguments = ["--methods", "nearest", "--limit", "1", "--progress"]
     rows = run_command(two_frames, *arguments, json_file=tmp_path / "a.json")["rows"]
