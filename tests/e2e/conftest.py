@@ -10,6 +10,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export
 from gui.features.status import StatusFeature
 from gui.work.frame_runs import RunState
+from gui.work.jobs import Worker
 from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
@@ -98,6 +99,17 @@ def loaded(window, qtbot, do, *what):
 def open_frame(window, qtbot, *files: Path | str, **how):
     """Open a frame by its folder or its files, and wait until its blocks are there."""
     loaded(window, qtbot, window.loader.open, FrameRef(*map(str, files), **how))
+    window.refresh.now()
+
+
+def settle(window, qtbot):
+    """Draw what is stale, and wait until nothing is worked out any more."""
+
+    def rests() -> bool:
+        window.refresh.now()  # which may ask for more
+        return not any(worker.busy for worker in window.findChildren(Worker))
+
+    qtbot.waitUntil(rests)
     window.refresh.now()
 
 

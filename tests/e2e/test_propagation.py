@@ -25,7 +25,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
 from ..gui.states import edit
-from .conftest import open_frame, write_frame
+from .conftest import open_frame, settle, write_frame
 
 SHIFTS = 0, 0, 3, 6, 9
 
@@ -256,8 +256,7 @@ def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
-        window.refresh.now()
-        qtbot.waitUntil(lambda: not window.feature(QualityPanel).busy)
+        settle(window, qtbot)
         return window.feature(QualityPanel).reason.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")

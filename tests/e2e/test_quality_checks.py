@@ -19,7 +19,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.evaluation.quality.invalid_depth import suggest_invalid
 
 from ..gui.states import edit
-from .conftest import activate, open_frame, write_frame
+from .conftest import activate, open_frame, settle, write_frame
 from .hand import click, key
 
 HEIGHT, WIDTH = 108, 144
@@ -56,8 +56,7 @@ def press(window, qtbot, name: str) -> str:
 def settled(window, qtbot) -> str:
     panel = window.feature(QualityPanel)
     assert panel.widget is not None, "made, though it may be closed"
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy)
+    settle(window, qtbot)
     return ": ".join(filter(None, (panel.position.text(), panel.reason.text())))
 
 
