@@ -113,10 +113,28 @@ def settle(window, qtbot):
     window.refresh.now()
 
 
+def save(window, qtbot, path: Path, embed: bool | None = None):
+    """Save the project to a file, and wait until that is done."""
+    done: list[bool] = []
+    window.project.saving.save(path, embed, None, done.append)
+    qtbot.waitUntil(lambda: bool(done))
+    assert done == [True]
+
+
 def in_front(owner, kind):
     """Return the open dialog of a kind that belongs to a window or a dialog."""
     (found,) = (one for one in owner.findChildren(kind) if one.isVisible())
     return found
+
+
+def asked(window, qtbot, words: str = "") -> QMessageBox:
+    """Wait for a question, with words in it if any are given, and return it."""
+
+    def questions() -> list[QMessageBox]:
+        return [box for box in window.findChildren(QMessageBox) if box.isVisible() and words in box.text()]
+
+    qtbot.waitUntil(lambda: bool(questions()))
+    return questions()[0]
 
 
 def answer(owner, button: str) -> str:

@@ -12,8 +12,8 @@ from gui.features.frame_list.feature import FramesFeature
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
-from .conftest import answer, loaded
-from .test_projects import open_project, save, show
+from .conftest import answer, loaded, save
+from .test_projects import open_project, show
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
 
