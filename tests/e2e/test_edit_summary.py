@@ -93,21 +93,3 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
         opened.actions_["undo"].trigger()
     assert document.blocks.own == {}
     settle(opened, qtbot)
-
-
-def test_depth_marked_invalid_says_how_much_more_is_filled(opened, qtbot, run_all):
-    run_all(opened)
-    document = opened.workspace.current
-    where = np.zeros(document.frame.shape, bool)
-    where[8:12, 8:16] = True
-    filled = np.count_nonzero(document.completion().filled_by_blocks)
-    document.set_invalid_mask(where, "Mark depth invalid")
-    label = opened.feature(EditSummaryFeature).line.label
-    qtbot.waitUntil(lambda: "expected RMS" in label.text())
-    now = np.count_nonzero(document.completion().filled_by_blocks)
-    assert now > filled
-    assert f"{filled}" in label.text()
-    assert f"{now} px" in label.text()
-    opened.actions_["undo"].trigger()
-    qtbot.waitUntil(lambda: f"{filled} px" in label.text())
-    assert "Undone" in label.text()

@@ -1,7 +1,6 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
 
 from ..gui.states import edit
-from .conftest import loaded, open_frame, write_frame
+from .conftest import loaded, write_frame
 
 NAMES = ["frame-0", "frame-1", "frame-2"]
 OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None)
@@ -172,19 +171,6 @@ def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed,
     assert feature.message.text().startswith("Exported to")
 
 
-def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
-    frames, path = listed.workspace, tmp_path / "walk.ilf"
-    frames.set_done(frames.entries[0], True)
-    frames.set_done(frames.entries[2], True)
-    assert frames.entries[0].unsaved
-    done = []
-    listed.project.saving.save(path, then=done.append)
-    qtbot.waitUntil(lambda: done == [True])
-    with ilf.open_project(path) as opened:
-        assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
-        assert opened.state(opened.project.frames[0].id).state.done
-
-
 def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_one(listed, qtbot, tmp_path):
     feature = listed.feature(ExportFeature)
     _export(listed, qtbot, tmp_path / "walk" / NAMES[0] / "completed", Scope.THIS)
@@ -193,15 +179,3 @@ def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_on
     _export(listed, qtbot, tmp_path / "elsewhere" / "all", Scope.ALL)
     feature.ask(of_all=True)
     assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")
-
-
-def test_what_comes_of_folders_of_colour_and_depth_is_proposed_beside_both(window, qtbot, frame_folder, tmp_path):
-    files = [tmp_path / "walk" / kind / "1.png" for kind in ("rgb", "depth")]
-    for name, file in zip(("rgb.png", "depth.png"), files, strict=True):
-        file.parent.mkdir(parents=True)
-        (frame_folder / name).rename(file)
-    open_frame(window, qtbot, *files)
-    feature = window.feature(ExportFeature)
-    for of_all in (True, False):
-        feature.ask(of_all)
-        assert (tmp_path / "walk") == Path(feature.folder_path.text()).parent

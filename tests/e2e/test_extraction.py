@@ -16,7 +16,7 @@ from ilf.segmentation.extraction import Extraction, extract
 from ilf.sources.frame_ref import FrameRef
 
 from .conftest import loaded, open_frame, settle, write_frame
-from .hand import drag, let_go
+from .hand import drag
 
 
 @pytest.fixture
@@ -107,22 +107,6 @@ def test_a_slider_moves_the_picture_and_not_the_blocks(staged, qtbot):
     assert document.undo_stack.count() == steps
 
 
-def test_extract_takes_what_the_preview_has_found(staged, qtbot):
-    document = staged.workspace.current
-    before = document.labels.copy()
-    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
-    settle(staged, qtbot)
-    expected = extract(document.frame, staged.workspace.parameters.extraction).blocks
-    loaded(staged, qtbot, staged.actions_["extract"].trigger)
-    np.testing.assert_array_equal(document.labels, expected)
-    assert not np.array_equal(expected, before)
-    assert not document.blocks.edited
-    assert document.blocks.extraction == staged.workspace.parameters.extraction
-    assert document.undo_stack.count() == 1
-    staged.workspace.undo_group.undo()
-    np.testing.assert_array_equal(document.labels, before)
-
-
 @pytest.mark.parametrize("layout", ["grid", "grid-extraction"])
 def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layout):
     opened.views.sheet.set_layout(layout)
@@ -205,24 +189,6 @@ def test_the_summary_says_around_which_blocks_the_new_ones_would_lie_and_that_a_
     staged.actions_["extract"].trigger()
     settle(staged, qtbot)
     assert "elsewhere" in said[-1]
-
-
-def test_a_stroke_under_way_ends_before_the_blocks_are_replaced(staged, qtbot):
-    document = staged.workspace.current
-    staged.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=48.0, use_depth=False))
-    settle(staged, qtbot)
-    before = document.labels.copy()
-    staged.actions_["new_block"].trigger()
-    (mine,) = document.selected
-    drag(staged, [(48, 24)], release=False)
-    assert (document.labels == mine).any()
-    loaded(staged, qtbot, staged.actions_["extract"].trigger)
-    let_go(staged, (48, 24))
-    assert len(document.counts()) == 1, "what was painted so far is given up, and nothing of it comes after"
-    assert not document.blocks.edited
-    assert document.undo_stack.count() == 1
-    staged.workspace.undo_group.undo()
-    np.testing.assert_array_equal(document.labels, before)
 
 
 @pytest.fixture

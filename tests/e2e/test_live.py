@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QSettings
 from PySide6.QtWidgets import QSlider
 
 import ilf
@@ -76,36 +75,6 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
     opened.actions_["close_frame"].trigger()
     assert not opened.workspace.has_current
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
-
-
-def test_with_live_off_nothing_runs_and_the_choice_is_remembered(opened, qtbot, run_all):
-    run_all(opened)
-    workspace = opened.workspace
-    chosen = next(iter(workspace.current.counts()))
-    workspace.select([chosen])
-    before = _results(opened)
-    opened.actions_["live"].trigger()
-    _slider(opened, "padding").setValue(8)
-    assert opened.runs.state is RunState.IDLE
-    assert _results(opened) == before
-    assert _states(opened)[chosen] == "values changed"
-    assert QSettings().value("live", True, type=bool) is False
-    _slider(opened, "padding").setValue(4)
-    assert _states(opened)[chosen] == "completed", "the values are those of the result again"
-
-
-@pytest.mark.parametrize("how", ["left alone", "cancelled"])
-def test_a_slider_that_moves_during_a_run_is_followed_after_it(opened, qtbot, how):
-    opened.runs.current.start()
-    opened.runs.current.toggle_pause()
-    _slider(opened, "padding").setValue(8)
-    assert opened.runs.state is RunState.PAUSED
-    (opened.runs.current.cancel if how == "cancelled" else opened.runs.current.toggle_pause)()
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
-    qtbot.wait(50)
-    qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
-    followed = opened.workspace.current.changed_blocks() == []
-    assert followed is (how == "left alone")
 
 
 def test_blocks_that_run_at_once_give_what_they_give_alone(opened, qtbot, monkeypatch):

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QLabel, QSlider, QToolButton, QWidget
 
 from gui.features.filter import FilterPanel
 from gui.features.parameter_effects import effect_of
-from gui.state.parameters import DRAG_S
 from gui.work.frame_runs import RunState
 from ilf._runtime.formatting import millimetres
 
@@ -75,18 +74,6 @@ def test_a_drag_goes_on_while_the_depth_before_it_is_compared(opened, panel, qtb
     go_on.set()
     settle(opened, qtbot)
     assert " px changed: median " in _effect(panel, "slope_weight")
-
-
-def test_the_next_drag_is_compared_with_the_depth_before_it(opened, panel, qtbot, monkeypatch):
-    now = 100.0
-    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
-    _drag(panel, "slope_weight", 60)
-    settle(opened, qtbot)
-    first = _effect(panel, "slope_weight")
-    now += 2 * DRAG_S
-    _drag(panel, "slope_weight", -60)
-    settle(opened, qtbot)
-    assert _effect(panel, "slope_weight") == first, "as much back"
 
 
 def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.features.blocks.commands import BlockCommands
 from gui.features.derived import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
-from gui.state.parts import Part
-from gui.tools.editor import Editor
-from gui.work.frame_runs import LiveSolver, RunState
-from gui.work.jobs import stop_workers
+from gui.work.frame_runs import LiveSolver
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
-
-Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -75,33 +69,6 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, look
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
 
 
-def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views):
-    bench.run_all()
-    first = bench.document.completion()
-    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
-    bench.run_all()
-    assert bench.document.completion() is not first
-    bench.document.undo_stack.undo()
-    now = bench.document.completion()
-    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    look(True)
-    assert views.data.result.depth is now.depth
-
-
-def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
-    bench.run_all()
-    completion, former = bench.document.completion(), bench.document.labels.copy()
-    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    look(True)
-    views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
-    views.blocks.draw(Part.LABELS)
-    assert views.data.result.depth is completion.depth
-    np.testing.assert_array_equal(views.blocks.labels, former)
-    look(False)
-    assert views.data.result.depth is not completion.depth
-    np.testing.assert_array_equal(views.blocks.labels, bench.document.labels)
-
-
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, look, views):
     bench.script.allow()
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
@@ -151,19 +118,6 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, 
     until(lambda: bench.document.changed_blocks() == [])
 
 
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
-    context.editor = editor = Editor(bench.workspace, views)
-    commands = BlockCommands(context)
-    former = bench.document.labels.copy()
-    bench.workspace.select([1])
-    editor.set_tool("paint")
-    bench.workspace.current.stroke(bench.patch(2, np.s_[5:20], np.s_[10:20]))
-    commands.delete()
-    bench.document.undo_stack.undo()
-    np.testing.assert_array_equal(bench.document.labels, former)
-    stop_workers(editor)
-
-
 def test_an_export_says_what_its_results_lack(bench):
     bench.run_all()
     assert behind(bench.document) == ""
@@ -173,33 +127,6 @@ def test_an_export_says_what_its_results_lack(bench):
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
         "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
     )
-
-
-def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until, monkeypatch):
-    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
-    workspace, document = bench.workspace, bench.document
-
-    def kept():
-        return [one.result.parameters.max_iterations for one in document.results.kept[1]]
-
-    def solve():
-        bench.runs.current.resolve([1])
-        until(lambda: bench.runs.state is RunState.IDLE)
-
-    bench.run_all()
-    first = workspace.parameters.current
-    for limit in range(100, 110):
-        workspace.parameters.set(first.replace(max_iterations=limit))
-        solve()
-    assert kept() == [first.max_iterations, 109]
-    document.undo_stack.undo()
-    assert document.is_up_to_date(1)
-    solve()
-    document.undo_stack.redo()
-    assert document.is_up_to_date(1)
-    workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    solve()
-    assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
 
 def test_a_preview_is_not_shown_where_its_block_is_no_more(bench):

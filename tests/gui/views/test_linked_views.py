@@ -5,16 +5,15 @@ import math
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent, QPainterPath
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
-from gui.views.colours import depth_table, error_table
-from gui.views.interaction import PointerKind, Preview
+from gui.views.colours import depth_table
+from gui.views.interaction import PointerKind
 from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
-from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, to_indices
 from tests.pins.window.hand import wheel
 
@@ -173,40 +172,6 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     assert view.image.pixels is None
 
 
-def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_from_missing(views):
-    error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
-    error[10:20, 10:15] = 0.01
-    error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
-    views.give(expected=error)
-    view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
-    assert (bar.levels, bar._logarithmic) == ((1.0, 100.0), True)
-    small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
-    assert sum(small) < sum(middle) < sum(large)
-    assert middle == tuple(error_table()[128, :3])
-    measured, missing = colour_at(view, place(view, 40, 40)), colour_at(view, place(view, 17, 18))
-    assert max(measured) - min(measured) < 16
-    assert measured != missing
-    views.give(expected=None)
-    assert view.image.pixels is None
-    assert bar.levels is None
-
-
-def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_alone(views):
-    error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
-    doubtful = np.zeros((HEIGHT, WIDTH), bool)
-    doubtful[10:40, 10:40] = True
-    views.give(expected=error, unsupported=doubtful)
-    cells = views.cells
-    marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
-    assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
-    stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
-    assert stripes.find().any()
-    assert depth.find() is None
-    views.give(expected=error, unsupported=np.zeros_like(doubtful))
-    assert stripes.find() is None
-    assert not cells["expected-error"]._stripe_legend
-
-
 def test_depth_colours_follow_levels_and_map(views):
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     view = view_of(views, "depth-in")
@@ -307,23 +272,6 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
     red, green, _ = colour_at(view, border - QPoint(5, 0))
     assert red > beside[0], "a tinted band along the line shows what is one block"
     assert green < beside[1]
-
-
-def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
-    labels, table = blocks()
-    views.paint(labels, table)
-    points = inner_points(labels)
-    assert {label: labels[int(y), int(x)] for label, (x, y, _) in points.items()} == {1: 1, 2: 2}
-    assert all(radius > 5 for _, _, radius in points.values())
-    for label, name in ((1, "Context"), (2, "Wall")):
-        views.document.change_info(label, name=name)
-    views.blocks.show_names(True)
-    assert view_of(views).names.texts == ["Context", "Wall"]
-    views.sheet.set_layout("correct")
-    assert view_of(views).names.visible
-    assert not view_of(views, "depth-in").names.visible
-    views.blocks.show_names(False)
-    assert view_of(views).names.texts == []
 
 
 def test_missing_and_distrusted_depth_are_striped(views):
@@ -446,33 +394,6 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert list(widths()) == ["depth-out"]
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
-
-
-def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
-    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
-    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
-    views.set_preview(Preview(QPainterPath(), corners))
-
-    def sizes():
-        """Side of a handle, and the distance to the next one, on the screen."""
-        view = view_of(views)
-        image = view.viewport().grab().toImage()
-        centre = view.transform.map(QPointF(*corners[3]))
-        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
-        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
-        near = [x for x in yellow if abs(x - centre.x()) < 8]
-        return len(near), math.dist(corners[3], corners[4]) * view.transform.m11()
-
-    found = []
-    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
-        views.zoom_to(*box)
-        found.append(sizes())
-    sides, distances = zip(*found, strict=True)
-    assert all(2 <= side <= 9 for side in sides)
-    assert all(2 * side < distance for side, distance in found)
-    assert sides[0] < sides[1] == sides[2]
-    assert distances[0] < distances[1] < distances[2]
 
 
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):
