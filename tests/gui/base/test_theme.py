@@ -17,10 +17,12 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QMenu,
+    QMenuBar,
     QProgressBar,
     QPushButton,
     QRadioButton,
     QSlider,
+    QTabBar,
     QToolButton,
     QTreeWidget,
     QVBoxLayout,
@@ -207,3 +209,21 @@ def test_drawn_texts_stand_out(palette, qtbot, make):
     shares = Counter(image.pixel(*place) for place in places)
     ground = QColor(shares.most_common(1)[0][0])
     assert max(contrast(QColor(colour), ground) for colour in shares) >= TEXT
+
+
+@pytest.mark.parametrize("kind", [QTabBar, QMenuBar])
+def test_tabs_and_menus_take_a_theme_chosen_while_they_are_shown(qapp, qtbot, kind):
+    def bar():
+        made = kind()
+        add = made.addTab if kind is QTabBar else made.addAction
+        first, _ = add("One"), add("Two")
+        if kind is QMenuBar:
+            made.setActiveAction(first)
+        return made
+
+    theme.apply_theme(qapp, "light")
+    shown = bar()
+    _drawn(shown, qtbot)
+    theme.apply_theme(qapp, "dark")
+    qapp.processEvents()
+    assert shown.grab().toImage() == _drawn(bar(), qtbot)

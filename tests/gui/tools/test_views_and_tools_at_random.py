@@ -9,7 +9,7 @@ import ilf
 from gui.features.derived import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
-from gui.work.frame_runs import LiveSolver
+from gui.work.frame_runs import LiveSolver, RunState
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
 
@@ -127,6 +127,33 @@ def test_an_export_says_what_its_results_lack(bench):
         "Not run in their current state, so that their missing depth stays missing: 2 of 3 blocks. "
         "Run with other parameters than the current ones: 1 of 3 blocks. Run them first (F5)."
     )
+
+
+def test_of_a_drag_the_results_are_kept_that_undo_and_redo_lead_to(bench, until, monkeypatch):
+    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: 1.0)
+    workspace, document = bench.workspace, bench.document
+
+    def kept():
+        return [one.result.parameters.max_iterations for one in document.results.kept[1]]
+
+    def solve():
+        bench.runs.current.resolve([1])
+        until(lambda: bench.runs.state is RunState.IDLE)
+
+    bench.run_all()
+    first = workspace.parameters.current
+    for limit in range(100, 110):
+        workspace.parameters.set(first.replace(max_iterations=limit))
+        solve()
+    assert kept() == [first.max_iterations, 109]
+    document.undo_stack.undo()
+    assert document.is_up_to_date(1)
+    solve()
+    document.undo_stack.redo()
+    assert document.is_up_to_date(1)
+    workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
+    solve()
+    assert sorted(kept()) == [109, 109, first.max_iterations], "undo may bring back the other state"
 
 
 def test_a_preview_is_not_shown_where_its_block_is_no_more(bench):

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtGui import QContextMenuEvent, QPainterPath
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from gui.base import theme
-from gui.views.colours import depth_table
-from gui.views.interaction import PointerKind
+from gui.views.colours import depth_table, error_table
+from gui.views.interaction import PointerKind, Preview
 from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
 from ilf.drawing.colours import robust_difference_level, to_indices
@@ -170,6 +170,24 @@ def test_difference_is_in_millimetres_and_marks_filled_apart_from_missing(views)
     assert max(missing) - min(missing) < 24
     views.give(depth=None)
     assert view.image.pixels is None
+
+
+def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_from_missing(views):
+    error = np.full((HEIGHT, WIDTH), np.nan, np.float32)
+    error[10:20, 10:15] = 0.01
+    error[10:15, 15:20] = np.repeat(np.float32([[0.001], [0.01], [0.01], [0.1], [0.1]]), 5, axis=1)
+    views.give(expected=error)
+    view, bar = view_of(views, "expected-error"), views.cells["expected-error"].bar
+    assert (bar.levels, bar._logarithmic) == ((1.0, 100.0), True)
+    small, middle, large = (colour_at(view, place(view, 17, y)) for y in (10.5, 12, 14))
+    assert sum(small) < sum(middle) < sum(large)
+    assert middle == tuple(error_table()[128, :3])
+    measured, missing = colour_at(view, place(view, 40, 40)), colour_at(view, place(view, 17, 18))
+    assert max(measured) - min(measured) < 16
+    assert measured != missing
+    views.give(expected=None)
+    assert view.image.pixels is None
+    assert bar.levels is None
 
 
 def test_depth_colours_follow_levels_and_map(views):
@@ -394,6 +412,33 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     assert list(widths()) == ["depth-out"]
     QTest.mouseDClick(views.cells["depth-out"].strip, LEFT)
     assert (views.sheet.layout_name, max(widths(), key=widths().get)) == ("correct", "depth-out")
+
+
+def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views):
+    views.open(np.zeros((HEIGHT, WIDTH, 3), np.uint8), np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    turns = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    corners = [(32 + 3 * math.cos(turn), 24 + 3 * math.sin(turn)) for turn in turns]
+    views.set_preview(Preview(QPainterPath(), corners))
+
+    def sizes():
+        """Side of a handle, and the distance to the next one, on the screen."""
+        view = view_of(views)
+        image = view.viewport().grab().toImage()
+        centre = view.transform.map(QPointF(*corners[3]))
+        row = [image.pixelColor(x, round(centre.y())) for x in range(image.width())]
+        yellow = [x for x, colour in enumerate(row) if colour.red() > 180 > colour.blue()]
+        near = [x for x in yellow if abs(x - centre.x()) < 8]
+        return len(near), math.dist(corners[3], corners[4]) * view.transform.m11()
+
+    found = []
+    for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
+        views.zoom_to(*box)
+        found.append(sizes())
+    sides, distances = zip(*found, strict=True)
+    assert all(2 <= side <= 9 for side in sides)
+    assert all(2 * side < distance for side, distance in found)
+    assert sides[0] < sides[1] == sides[2]
+    assert distances[0] < distances[1] < distances[2]
 
 
 def test_a_new_palette_repaints_background_and_hatch(views, qapp, any_theme, qtbot):
