@@ -34,12 +34,8 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     assert json.loads((tmp_path / "first" / "run.json").read_text())["blocks"]["edited"] is True
     assert workspace.current.unsaved, "names, locks and the other runs are not in an export"
 
-    assert (
-        command_line(
-            ["complete", "--replay", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path / "again"), "--quiet"]
-        )
-        == 0
-    )
+    replay = ["complete", "--replay", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path / "again")]
+    assert command_line([*replay, "--quiet"]) == 0
     for path in (tmp_path / "first").iterdir():
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes(), path.name
 
