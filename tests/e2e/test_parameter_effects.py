@@ -101,7 +101,7 @@ def test_what_acts_most_comes_first_once_it_is_tried(opened, panel, qtbot, for_s
     parameters, depth = document.state.common, document.completion().depth.copy()
     button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(panel.work.isVisible)
+    assert panel.busy
     settle(opened, qtbot)
     assert not panel.work.isVisible()
     rows = {name: panel.form.findChild(QWidget, name).parentWidget() for name in panel.form.shown}

@@ -9,6 +9,7 @@ import ilf
 from gui.features.derived import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
+from gui.state.parts import Part
 from gui.work.frame_runs import LiveSolver, RunState
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
@@ -67,6 +68,20 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, look
     until(lambda: len(asked) == 3)
     np.testing.assert_array_equal(asked[2][0].blocks.drawn, asked[1][1].blocks.drawn)
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
+
+
+def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
+    bench.run_all()
+    completion, former = bench.document.completion(), bench.document.labels.copy()
+    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
+    look(True)
+    views.refresh(Part.RESULTS)  # as when a block has been solved meanwhile
+    views.blocks.draw(Part.LABELS)
+    assert views.data.result.depth is completion.depth
+    np.testing.assert_array_equal(views.blocks.labels, former)
+    look(False)
+    assert views.data.result.depth is not completion.depth
+    np.testing.assert_array_equal(views.blocks.labels, bench.document.labels)
 
 
 def test_who_looks_back_while_a_frame_of_another_size_comes_sees_that(bench, look, views):
