@@ -10,6 +10,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export
 from gui.features.status import StatusFeature
 from gui.work.frame_runs import RunState
+from gui.work.jobs import Worker
 from ilf.data.frame import RGBDFrame
 from ilf.run.options import ExportOptions
 from ilf.sources.frame_ref import FrameRef
@@ -101,10 +102,39 @@ def open_frame(window, qtbot, *files: Path | str, **how):
     window.refresh.now()
 
 
+def settle(window, qtbot):
+    """Draw what is stale, and wait until nothing is worked out any more."""
+
+    def rests() -> bool:
+        window.refresh.now()  # which may ask for more
+        return not any(worker.busy for worker in window.findChildren(Worker))
+
+    qtbot.waitUntil(rests)
+    window.refresh.now()
+
+
+def save(window, qtbot, path: Path, embed: bool | None = None):
+    """Save the project to a file, and wait until that is done."""
+    done: list[bool] = []
+    window.project.saving.save(path, embed, None, done.append)
+    qtbot.waitUntil(lambda: bool(done))
+    assert done == [True]
+
+
 def in_front(owner, kind):
     """Return the open dialog of a kind that belongs to a window or a dialog."""
     (found,) = (one for one in owner.findChildren(kind) if one.isVisible())
     return found
+
+
+def asked(window, qtbot, words: str = "") -> QMessageBox:
+    """Wait for a question, with words in it if any are given, and return it."""
+
+    def questions() -> list[QMessageBox]:
+        return [box for box in window.findChildren(QMessageBox) if box.isVisible() and words in box.text()]
+
+    qtbot.waitUntil(lambda: bool(questions()))
+    return questions()[0]
 
 
 def answer(owner, button: str) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from PIL import Image
-from PySide6.QtWidgets import QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog
 
 from gui.features.documents.load_blocks import LoadBlocksDialog
 from gui.features.export.feature import ExportFeature
@@ -118,12 +118,10 @@ def test_what_cannot_be_read_is_said_in_the_dialog_and_nothing_changes(opened, q
     assert document.undo_stack.count() == 0
 
 
-def test_the_frames_own_files_are_not_written_over(opened, frame_folder, monkeypatch):
-    said: list[str] = []
-    monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
+def test_the_frames_own_files_are_not_written_over(opened, frame_folder, reported):
     content = (frame_folder / "rgb.png").read_bytes()
     assert not opened.documents.save_blocks(str(frame_folder / "rgb.png"))
-    assert "rgb.png" in said[0]
+    assert "rgb.png" in reported[0]
     assert (frame_folder / "rgb.png").read_bytes() == content
     assert not opened.documents.save_blocks(str(frame_folder / "blocks.txt"))
-    assert "use .png or .json" in said[1]
+    assert "use .png or .json" in reported[1]

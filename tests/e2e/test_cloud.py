@@ -6,21 +6,19 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget
 
-from gui.features.cloud import CloudFeature
-from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.cloud.scene import ColourBy
 from ilf.evaluation.measuring import measure
 from ilf.project.run_history import StoredRun
 
+from .conftest import settle
+
 
 def shown(window, qtbot):
     """The cloud, when all that is to come has come."""
-    window.refresh.now()
+    settle(window, qtbot)
     canvas = window.cloud.canvas
-    qtbot.waitUntil(lambda: not window.feature(CloudFeature).busy and not window.feature(ErrorFeature).busy)
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not window.feature(CloudFeature).busy and (canvas.drawing.is_full or not len(canvas.scene)))
+    qtbot.waitUntil(lambda: canvas.drawing.is_full or not len(canvas.scene))
     return canvas.scene
 
 

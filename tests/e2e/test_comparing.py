@@ -5,19 +5,11 @@ import pytest
 from PySide6.QtCore import Qt
 
 from gui.features.colour_range import ColourRange
-from gui.features.derived import DerivedFeature
-from gui.features.expected_error import ErrorFeature
 from gui.features.status import StatusFeature
 from gui.views.layouts import LAYOUTS
 from ilf import preset
 
-from .conftest import open_frame, readout, write_frame
-
-
-def settle(window, qtbot):
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not window.feature(DerivedFeature).busy and not window.feature(ErrorFeature).busy)
-    window.refresh.now()
+from .conftest import open_frame, readout, settle, write_frame
 
 
 @pytest.fixture

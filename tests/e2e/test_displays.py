@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from gui.features.curves import CurvesFeature
-
 
 def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_blocks(opened, monkeypatch):
     monkeypatch.setattr("random.randrange", lambda *_: 1)  # blocks 1 and 2 have the first two colours
@@ -34,15 +32,6 @@ def test_shuffled_colours_are_one_step_and_all_others_and_names_follow_the_block
     opened.actions_["block_names"].trigger()
     opened.refresh.now()
     assert names.texts == []
-
-
-def test_a_run_opens_no_panel(opened, qtbot, run_all):
-    panels, share = opened.panels.open, opened.views.width()
-    run_all(opened)
-    assert (opened.panels.open, opened.views.width()) == (panels, share)
-    opened.panels.reveal("Convergence")
-    qtbot.waitUntil(lambda: bool(opened.feature(CurvesFeature).widget.readout.text))
-    assert opened.views.width() == share, "the curves take no room from the pictures"
 
 
 def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opened):

@@ -11,11 +11,7 @@ from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
 
 from ..gui.states import edit
-
-
-def _settle(window, qtbot):
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE and not window.feature(EditSummaryFeature).busy)
-    window.refresh.now()
+from .conftest import settle
 
 
 def _picture(window) -> QImage:
@@ -31,7 +27,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_
     edit(opened.workspace, document.labels[20, 10], rows=np.s_[5:40], columns=np.s_[26:34])
     assert document.stale.any() or document.update_depth() is not None
     qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text())
-    _settle(opened, qtbot)
+    settle(opened, qtbot)
     assert document.changed_blocks() == []
     assert "hold-out" in opened.feature(EditSummaryFeature).line.label.text()
     assert opened.isWindowModified()
@@ -78,7 +74,7 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
     panel.form.all_button.click()
     panel.form.findChild(object, "smoothness").setValue(3.0)
     assert document.blocks.own == {label: {"smoothness": 3.0} for label in chosen}
-    _settle(opened, qtbot)
+    settle(opened, qtbot)
     assert document.changed_blocks() == [], "all of them are solved again"
     panel.scope.setCurrentIndex(0)
     panel.redraw()
@@ -96,22 +92,4 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
     for _ in range(4):
         opened.actions_["undo"].trigger()
     assert document.blocks.own == {}
-    _settle(opened, qtbot)
-
-
-def test_depth_marked_invalid_says_how_much_more_is_filled(opened, qtbot, run_all):
-    run_all(opened)
-    document = opened.workspace.current
-    where = np.zeros(document.frame.shape, bool)
-    where[8:12, 8:16] = True
-    filled = np.count_nonzero(document.completion().filled_by_blocks)
-    document.set_invalid_mask(where, "Mark depth invalid")
-    label = opened.feature(EditSummaryFeature).line.label
-    qtbot.waitUntil(lambda: "expected RMS" in label.text())
-    now = np.count_nonzero(document.completion().filled_by_blocks)
-    assert now > filled
-    assert f"{filled}" in label.text()
-    assert f"{now} px" in label.text()
-    opened.actions_["undo"].trigger()
-    qtbot.waitUntil(lambda: f"{filled} px" in label.text())
-    assert "Undone" in label.text()
+    settle(opened, qtbot)

@@ -25,7 +25,7 @@ from ilf.project.run_history import StoredRun
 from ilf.sources.frame_ref import ReadingOptions
 
 from ..gui.states import edit
-from .conftest import answer, open_frame
+from .conftest import answer, open_frame, settle
 
 
 @pytest.fixture
@@ -36,12 +36,6 @@ def ground_truth_file(tmp_path, small_frame):
     path = tmp_path / "true.png"
     cv2.imwrite(str(path), (1000 * depth).round().astype(np.uint16))
     return path
-
-
-def settle(window):
-    """Draw what is stale, and what has become so by that."""
-    for _ in range(3):
-        window.refresh.now()
 
 
 def errors_shown(window) -> list[str]:
@@ -57,7 +51,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     open_frame(window, qtbot, frame_folder)
     run_all(window)
     window.panels.reveal("Accuracy")
-    settle(window)
+    settle(window, qtbot)
     qtbot.waitUntil(lambda: "–" not in errors_shown(window))  # without a truth the expected errors are shown
     assert panel.tabs.currentIndex() == 1  # without a truth, hidden depth is what there is
 
@@ -71,13 +65,14 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert "Units per metre must be a number" in dialog.message.text()
     dialog.units.setEditText("100")
     dialog.read()
-    qtbot.waitUntil(lambda: "give 1000" in dialog.message.text())
+    settle(window, qtbot)
+    assert "give 1000" in dialog.message.text()
     assert not dialog.accept_button.isEnabled()
     dialog.units.setCurrentIndex(0)
     dialog.choose(str(ground_truth_file))
     qtbot.waitUntil(dialog.accept_button.isEnabled)
     dialog.accept()
-    settle(window)
+    settle(window, qtbot)
     document = workspace.current
     assert document.frame.inputs.ground_truth.path == str(ground_truth_file)
     assert "true.png" in panel.source.text()
@@ -113,7 +108,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [row.is_best for row in panel.ground_truth_table.numbers[:3]].count(True) == 0
     assert all("All are equal within" in row.hint for row in panel.ground_truth_table.numbers[1:3]), "of so few pixels"
     actions["remove_ground_truth"].trigger()
-    settle(window)
+    settle(window, qtbot)
     assert document.frame.ground_truth is None
     qtbot.waitUntil(lambda: document.expected_error() is not None)
     rms = {label: np.sqrt(np.nanmean(document.expected_error()[document.labels == label] ** 2)) for label in (1, 2)}
@@ -131,8 +126,7 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     dialog.hold_out.seeds.setValue(2)
     dialog.candidates.item(dialog.candidates.count() - 1).setCheckState(dialog.candidates.item(0).checkState())
     dialog.accept()
-    qtbot.waitUntil(lambda: document in panel.outcomes and not panel.busy)
-    settle(window)
+    settle(window, qtbot)
     rows = panel.hold_out_table.numbers
     assert [row.name for row in rows] == ["Current values", "paper", "Preset released-code"]
     assert len({row.cells[3] for row in rows}) == 1
@@ -145,16 +139,16 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
 
     # other blocks: it is outdated until undo brings them back; other values: those of the blocks no longer hold
     edit(workspace, document.next_label(), rows=np.s_[40:44], columns=np.s_[2:20])
-    settle(window)
+    settle(window, qtbot)
     assert panel.outcome.tone() == "warning"
     assert "Outdated" in panel.outcome.text()
     assert errors_shown(window)[0] != held_out
     actions["undo"].trigger()
-    settle(window)
+    settle(window, qtbot)
     assert panel.outcome.tone() == "muted"
     assert errors_shown(window)[0] == held_out
     workspace.parameters.set(document.state.common.replace(smoothness=3.0), label)
-    settle(window)
+    settle(window, qtbot)
     assert errors_shown(window)[0] == "–"
     assert errors_shown(window)[1] != "–"
 
@@ -165,16 +159,16 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     assert [one.name for one in again.chosen()] == [one.name for one in former.candidates]
     again.accept()
     panel.work.cancel_button.click()
-    qtbot.waitUntil(lambda: not panel.busy)
+    settle(window, qtbot)
     assert panel.outcomes[document] is former
     assert panel.work.isHidden()
 
     # depth by hand outdates it, before anything is run with it
     actions["clear_results"].trigger()
-    settle(window)
+    settle(window, qtbot)
     assert "Outdated" not in panel.outcome.text()
     document.set_by_hand(np.full(document.frame.shape, 1.0, np.float32), document.labels == label, "Paint")
-    settle(window)
+    settle(window, qtbot)
     assert "Outdated" in panel.outcome.text()
 
 
@@ -216,7 +210,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert len(shown.found.errors) == 3
     assert [shown.content.itemText(number) for number in range(2)] == ["Depth", "Error"]
     window.views.ranges.set_depth_map("grey")
-    settle(window)
+    settle(window, qtbot)
     bar = shown.bar.grab().toImage()
     left = bar.pixelColor(0, bar.height() - 1).getRgb()[:3]
     np.testing.assert_allclose(left, depth_table("grey")[1, :3].astype(int), atol=2)
@@ -225,7 +219,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     qtbot.keyClick(shown.pictures, Qt.Key.Key_Return)
     assert not shown.busy, "no new sweep"
     assert document.state.common.smoothness == 100.0
-    settle(window)
+    settle(window, qtbot)
     assert "current" in shown.pictures.item(*shown.pictures.place(2)).text()
     window.actions_["undo"].trigger()
     assert document.state.common.smoothness == 1.0
@@ -240,7 +234,7 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     # two of the chosen block alone, by hidden depth: its own values are taken
     label = next(iter(document.counts()))
     workspace.select([label])
-    settle(window)
+    settle(window, qtbot)
     shown.criterion.kind.setCurrentIndex(1)
     shown.criterion.blocks.setCurrentIndex(1)
     shown.second.setChecked(True)
@@ -274,36 +268,35 @@ def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame
     assert shown.first.isEnabled()
     shown.start_button.click()
     window.actions_["close_frame"].trigger()
-    settle(window)
-    qtbot.waitUntil(lambda: not shown.busy)
+    settle(window, qtbot)
     assert shown.found is None
     assert not shown.pictures.isVisible()
     assert "Running" not in shown.state.text()
 
 
-def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
+def test_own_presets_stand_beside_the_others(opened, qtbot, tmp_path, monkeypatch):
     monkeypatch.setattr("gui.state.parameters.DRAG_S", 0.0)  # a user takes longer from one choice to the next
     window, box = opened, opened.feature(FilterPanel).presets
     workspace, actions = window.workspace, window.actions_
     window.workspace.parameters.set(ilf.PRESETS["paper"].replace(padding=3.0))
-    settle(window)
+    settle(window, qtbot)
     assert not actions["rename_preset"].isEnabled()
     box.ask_save()
     dialog = window.findChild(SavePresetDialog)
     dialog.name.setText("wide")
     dialog.with_extraction.setChecked(True)
     dialog.accept()
-    settle(window)
+    settle(window, qtbot)
     assert box.present == "wide"
     assert box.names.currentText() == "wide"
     assert actions["rename_preset"].isEnabled()
     window.feature(FilterPanel).form.changed.emit(ilf.PRESETS["paper"].replace(padding=4.0))
-    settle(window)
+    settle(window, qtbot)
     assert box.names.currentText() == "wide (changed)"
 
     # choosing it is one undoable step
     workspace.parameters.set(ilf.PRESETS["best"])
-    settle(window)
+    settle(window, qtbot)
     assert box.present == "best"
     box.names.setCurrentIndex(box.names.findData("wide"))
     box.names.activated.emit(box.names.currentIndex())
@@ -311,11 +304,11 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
     actions["undo"].trigger()
     assert workspace.parameters.current == ilf.PRESETS["best"]
     actions["redo"].trigger()
-    settle(window)
+    settle(window, qtbot)
 
     monkeypatch.setattr(QInputDialog, "getText", lambda *_, **__: ("broad", True))
     actions["rename_preset"].trigger()
-    settle(window)
+    settle(window, qtbot)
     assert box.names.findData("wide") < 0
     assert box.present == "broad"
     exported = tmp_path / "broad.json"
@@ -325,7 +318,7 @@ def test_own_presets_stand_beside_the_others(opened, tmp_path, monkeypatch):
         assert box.names.findData("broad") >= 0
         actions["delete_preset"].trigger()
         answer(window, button)
-    settle(window)
+    settle(window, qtbot)
     assert box.names.findData("broad") < 0
     assert box.present == "paper"
     assert "(changed)" in box.names.currentText()
@@ -348,7 +341,6 @@ def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):
     assert panel.busy
     assert [work.what for work in panel.pending_work()] == ["a hold-out test of two-planes"]
     opened.actions_["close_frame"].trigger()
-    qtbot.waitUntil(lambda: not panel.busy)
+    settle(opened, qtbot)
     assert panel.pending_work() == []
-    settle(opened)
     assert "Open a frame" in panel.source.text()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox, QToolButton
+from PySide6.QtWidgets import QToolButton
 
 from gui.features.expected_error import ErrorFeature
 from gui.features.filter import FilterPanel
@@ -12,7 +12,7 @@ from gui.state.results import ErrorEstimate
 from ilf.completion.confidence.expected_error import expected_error
 from ilf.segmentation.editing.painting import brush_stroke, erase
 
-from .conftest import readout
+from .conftest import readout, settle
 
 
 def _picture(window):
@@ -22,7 +22,7 @@ def _picture(window):
 def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
     assert _picture(opened) is None
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
+    settle(opened, qtbot)
     document = opened.workspace.current
     completion = document.completion()
     expected = expected_error(completion)
@@ -49,7 +49,7 @@ def test_it_comes_after_a_run_and_goes_with_the_results(opened, qtbot, run_all):
 
 def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, run_all):
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
+    settle(opened, qtbot)
     strip = opened.views.cells["expected-error"].strip
     opened.actions_["live"].setChecked(False)
     document = opened.workspace.current
@@ -62,29 +62,27 @@ def test_after_an_edit_the_former_stays_until_there_is_a_newer(opened, qtbot, ru
     qtbot.waitUntil(lambda: strip._text == "")
 
 
-def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, monkeypatch):
+def test_what_cannot_be_found_is_said_once(opened, qtbot, run_all, reported, monkeypatch):
     def fail(*_):
         raise MemoryError("no room")
 
-    said = []
     monkeypatch.setattr("gui.features.expected_error.expected_error", fail)
-    monkeypatch.setattr(QMessageBox, "open", lambda box: said.append(box.text()))
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy)
-    assert said == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
+    settle(opened, qtbot)
+    assert reported == ["Memory has run out (no room). Close other programs, or use a smaller frame."]
     opened.views.sheet.set_layout("grid-difference")
     opened.views.sheet.set_layout("expected-error")
     opened.refresh.now()
     assert not opened.feature(ErrorFeature).busy
     run_all(opened)
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy)
-    assert len(said) == 2, "other results, another try"
+    settle(opened, qtbot)
+    assert len(reported) == 2, "other results, another try"
 
 
 def test_without_live_another_preset_makes_depth_stale_until_one_button_runs_the_blocks(opened, qtbot, run_all):
     run_all(opened)
     opened.actions_["live"].trigger()
-    qtbot.waitUntil(lambda: not opened.feature(ErrorFeature).busy and _picture(opened) is not None)
+    settle(opened, qtbot)
     opened.workspace.select([])
     document, names = opened.workspace.current, opened.feature(FilterPanel).presets.names
     button = next(button for button in opened.findChildren(QToolButton) if "stale" in button.text())

@@ -1,7 +1,6 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from ilf.run.options import ExportOptions
 from tests.gui.naming import unnamed
 
 from ..gui.states import edit
-from .conftest import loaded, open_frame, write_frame
+from .conftest import loaded, write_frame
 
 NAMES = ["frame-0", "frame-1", "frame-2"]
 OPTIONS = ExportOptions(depth_formats=("npy",), expected_error=False, cloud=None)
@@ -170,19 +169,6 @@ def test_the_dialog_offers_the_frame_that_was_turned_to_during_an_export(listed,
     assert window.workspace.current.name in feature.widget.windowTitle()
     assert feature.folder_path.text() != first, "it would replace the files of the other frame"
     assert feature.message.text().startswith("Exported to")
-
-
-def test_marking_a_frame_is_saved_with_the_project(listed, qtbot, tmp_path):
-    frames, path = listed.workspace, tmp_path / "walk.ilf"
-    frames.set_done(frames.entries[0], True)
-    frames.set_done(frames.entries[2], True)
-    assert frames.entries[0].unsaved
-    done = []
-    listed.project.saving.save(path, then=done.append)
-    qtbot.waitUntil(lambda: done == [True])
-    with ilf.open_project(path) as opened:
-        assert [frame.summary.done for frame in opened.project.frames] == [True, False, True]
-        assert opened.state(opened.project.frames[0].id).state.done
 
 
 def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_one(listed, qtbot, tmp_path):

@@ -163,14 +163,3 @@ def test_another_run_than_the_recorded_one_is_not_judged(opened, qtbot, run_all,
     document.change_blocks(drawn=drawn)
     run_all(opened)
     assert opened.log.text.toPlainText().count("the result equals the run record") == 1
-
-
-def test_the_run_of_a_record_is_the_first_of_the_history(opened, qtbot, run_all, tmp_path):
-    _run_and_open(opened, qtbot, run_all, tmp_path / "run")
-    document = opened.workspace.current
-    (recorded,) = document.state.runs
-    assert recorded.is_of(document.valid_results())
-    assert not document.unsaved
-    assert recorded.name == "Run 1: best"
-    opened.actions_["run_all"].trigger()
-    qtbot.waitUntil(lambda: len(document.state.runs) == 2)

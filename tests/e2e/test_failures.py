@@ -131,18 +131,6 @@ def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_the
     assert opened.workspace.current.unsaved
 
 
-def test_an_error_in_the_middle_of_a_run_is_shown_and_the_window_goes_on(opened, qtbot, reported, monkeypatch):
-    def broken(*_: object):
-        raise MemoryError("no memory for the padded grid")
-
-    monkeypatch.setattr("ilf.completion.block.BlockTask.stepper", broken)
-    with qtbot.waitSignal(opened.runs.failed):
-        opened.actions_["run"].trigger()
-    assert "no memory for the padded grid" in reported[0]
-    monkeypatch.undo()
-    assert opened.actions_["run"].isEnabled()
-
-
 def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(opened, run_all):
     workspace = opened.workspace
     workspace.parameters.set(ilf.preset(model="elsewhere"))

@@ -13,17 +13,6 @@ from gui.tools.kinds import KINDS, ToolKind
 from gui.tools.select import SelectTool
 
 
-def test_the_tools_beside_the_views_have_their_names(opened, qtbot):
-    opened.resize(1440, 900)
-    qtbot.waitUntil(lambda: opened.tool_column.width() > 60)
-    names = [
-        button.text().replace("\n", " ")
-        for button in opened.tool_column.findChildren(QToolButton)
-        if button.isVisible()
-    ]
-    assert names == [plain(kind.text) for kind in KINDS if not kind.inspects]
-
-
 def _shown(window) -> set[str]:
     """The commands with a button in the tool bar."""
     buttons = window.tool_bar.findChildren(QToolButton)

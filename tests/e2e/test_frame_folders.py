@@ -271,19 +271,6 @@ def _save(window, qtbot):
         window.actions_["save_project"].trigger()
 
 
-def test_a_folders_project_lies_beside_it_and_saving_says_where(in_folder, another, qtbot, folder):
-    in_folder.workspace.set_note(in_folder.workspace.entries[1], "mirror")
-    _save(in_folder, qtbot)
-    project = folder.with_name("walk.ilf")
-    assert project.is_file()
-    toast = in_folder.notes.shown[-1]
-    assert str(project) in toast.message
-    assert [button.text() for button in toast.commands] == ["Show in folder", "Save elsewhere"]
-    again = another(persistent=True)
-    _open_folder(again, qtbot, folder)
-    assert again.workspace.entries[1].note == "mirror"
-
-
 def test_a_folder_beside_another_file_of_that_name_is_saved_where_the_user_says(another, qtbot, folder, monkeypatch):
     folder.with_name("walk.ilf").write_bytes(b"of somebody else")
     mine = folder.with_name("mine.ilf")

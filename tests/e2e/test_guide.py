@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QFileDialog, QPushButton
 from gui.features.accuracy.ground_truth import GroundTruthDialog
 from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
 
-from .conftest import open_frame
+from .conftest import open_frame, settle
 
 
 def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_folder, tmp_path, run_all, monkeypatch):
@@ -79,11 +79,9 @@ def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_f
     section.compare.click()
     actions["remove_guide"].trigger()  # overtakes the comparison
     assert not actions["remove_guide"].isEnabled()
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy)
+    settle(window, qtbot)
     assert section.effect.text() == ""
     assert section.message.text() == "None in this frame."
-    assert section.effect.text() == ""
 
 
 def test_files_for_a_frame_are_first_looked_for_beside_it(window, qtbot, frame_folder, monkeypatch):

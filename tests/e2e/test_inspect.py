@@ -11,7 +11,7 @@ from gui.features.inspect.statistics import statistics_of
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
 
-from .conftest import open_frame, write_frame
+from .conftest import open_frame, settle, write_frame
 from .hand import click, drag, hover, key
 
 
@@ -29,10 +29,8 @@ def part_of(window) -> InspectPanel:
 
 def numbers(window, qtbot) -> str:
     """The statistics, as soon as they are there."""
-    part = part_of(window)
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not part.busy)
-    return part.statistics.text()
+    settle(window, qtbot)
+    return part_of(window).statistics.text()
 
 
 def test_a_profile_from_drawing_to_file(opened, qtbot, run_all, tmp_path, small_frame, monkeypatch):

@@ -9,7 +9,7 @@ from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.small_sequences import CAMERA, exact_view, pose_of, write_sequence
-from .conftest import loaded, open_frame
+from .conftest import loaded, open_frame, settle
 
 
 def open_sequence(window, qtbot, folder, number=2, intrinsics=CAMERA):
@@ -31,8 +31,7 @@ def use(window, qtbot, count=2):
     panel.reveal()
     panel._count.setValue(count)
     window.actions_["use_neighbours"].trigger()
-    qtbot.waitUntil(lambda: not panel.busy)
-    window.refresh.now()
+    settle(window, qtbot)
     return panel._sections[NEIGHBOURS]
 
 

@@ -10,11 +10,11 @@ from PySide6.QtWidgets import QLabel, QSlider, QToolButton, QWidget
 
 from gui.features.filter import FilterPanel
 from gui.features.parameter_effects import effect_of
-from gui.state.parameters import DRAG_S
 from gui.work.frame_runs import RunState
 from ilf._runtime.formatting import millimetres
 
 from ..gui.states import edit
+from .conftest import settle
 
 
 @pytest.fixture
@@ -31,12 +31,6 @@ def _effect(panel, name: str) -> str:
     return label.text() if label.isVisible() else ""
 
 
-def _settle(window, panel, qtbot):
-    qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy)
-
-
 def _drag(panel, name: str, *steps: int):
     slider = panel.form.findChild(QSlider, f"slider_{name}")
     for step in steps:
@@ -50,7 +44,7 @@ def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_pa
     before = opened.workspace.current.completion().depth
     assert _effect(panel, "slope_weight") == ""
     _drag(panel, "slope_weight", 20, 20, 20)
-    _settle(opened, panel, qtbot)
+    settle(opened, qtbot)
     difference = np.abs(opened.workspace.current.completion().depth - before)
     changed = difference[difference >= 1e-4]
     assert changed.size
@@ -59,7 +53,7 @@ def test_after_a_drag_the_difference_to_the_depth_before_it_stands_beside_the_pa
     )
     assert _effect(panel, "noise") == ""
     _drag(panel, "slope_weight", -60)
-    _settle(opened, panel, qtbot)
+    settle(opened, qtbot)
     assert _effect(panel, "slope_weight") == "no pixel changed by 0.1 mm", "the drag goes on, and is back"
 
 
@@ -78,20 +72,8 @@ def test_a_drag_goes_on_while_the_depth_before_it_is_compared(opened, panel, qtb
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
     opened.refresh.now()
     go_on.set()
-    _settle(opened, panel, qtbot)
+    settle(opened, qtbot)
     assert " px changed: median " in _effect(panel, "slope_weight")
-
-
-def test_the_next_drag_is_compared_with_the_depth_before_it(opened, panel, qtbot, monkeypatch):
-    now = 100.0
-    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
-    _drag(panel, "slope_weight", 60)
-    _settle(opened, panel, qtbot)
-    first = _effect(panel, "slope_weight")
-    now += 2 * DRAG_S
-    _drag(panel, "slope_weight", -60)
-    _settle(opened, panel, qtbot)
-    assert _effect(panel, "slope_weight") == first, "as much back"
 
 
 def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):
@@ -101,12 +83,12 @@ def test_effects_of_another_state_are_not_shown(opened, panel, qtbot):
         (opened.actions_["close_frame"].trigger, -30),
     ):
         _drag(panel, "slope_weight", step)
-        _settle(opened, panel, qtbot)
+        settle(opened, qtbot)
         assert _effect(panel, "slope_weight")
         leave()
         opened.refresh.now()
         assert _effect(panel, "slope_weight") == ""
-        _settle(opened, panel, qtbot)
+        settle(opened, qtbot)
         assert _effect(panel, "slope_weight") == ""
 
 
@@ -119,10 +101,9 @@ def test_what_acts_most_comes_first_once_it_is_tried(opened, panel, qtbot, for_s
     parameters, depth = document.state.common, document.completion().depth.copy()
     button = next(b for b in panel.form.findChildren(QToolButton) if b.text() == "Try parameters")
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(panel.work.isVisible)
-    qtbot.waitUntil(lambda: not panel.busy)
+    assert panel.busy
+    settle(opened, qtbot)
     assert not panel.work.isVisible()
-    opened.refresh.now()
     rows = {name: panel.form.findChild(QWidget, name).parentWidget() for name in panel.form.shown}
     order = sorted(rows, key=lambda name: rows[name].mapTo(panel.form.widget(), rows[name].rect().topLeft()).y())
     acting = [name for name in order if "px changed" in _effect(panel, name)]

@@ -4,23 +4,17 @@ import os
 import uuid
 
 import pytest
-from PySide6.QtWidgets import QMessageBox
 
 from gui.state.workspace import Entry
 from ilf.project.file import open_project
 from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
-from .conftest import loaded, write_frame
-
-
-def _saved(window, qtbot, path):
-    with qtbot.waitSignal(window.project.saving.saved):
-        window.project.saving.save(path)
+from .conftest import answer, asked, loaded, save, write_frame
 
 
 def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened, qtbot, tmp_path):
     path = tmp_path / "room.ilf"
-    _saved(opened, qtbot, path)
+    save(opened, qtbot, path)
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
     opened.project.discard_silently = False
     opened.documents.open_paths([path])
@@ -34,9 +28,9 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
 
 
 @pytest.mark.parametrize("leave", ["new_project", "quit"])
-def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, leave):
+def test_a_project_is_left_only_when_it_has_beensave(opened, qtbot, tmp_path, leave):
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
-    _saved(opened, qtbot, path)
+    save(opened, qtbot, path)
     opened.project.discard_silently = False
     opened.project.saving.save(other)
     opened.actions_[leave].trigger()
@@ -54,7 +48,7 @@ def test_a_note_written_while_the_project_is_saved_stays_unsaved(opened, qtbot, 
         opened.project.saving.save(tmp_path / "room.ilf")
         opened.workspace.set_note(entry, "Late.")
     assert entry.unsaved
-    _saved(opened, qtbot, tmp_path / "room.ilf")
+    save(opened, qtbot, tmp_path / "room.ilf")
     assert not entry.unsaved
 
 
@@ -92,19 +86,16 @@ def test_saved_work_is_not_replaced_unasked_by_the_same_frame_named_or_read_othe
     workspace, documents = opened.workspace, opened.documents
     (entry,) = workspace.entries
     workspace.current.edit_info(1, "Rename", name="Wall")
-    _saved(opened, qtbot, tmp_path / "room.ilf")
+    save(opened, qtbot, tmp_path / "room.ilf")
     workspace.unload(workspace.current)
     opened.project.discard_silently = False
-
-    def questions() -> list[QMessageBox]:
-        return [box for box in opened.findChildren(QMessageBox) if box.isVisible()]
 
     loaded(opened, qtbot, documents.open_source, FrameRef(os.path.relpath(frame_folder)))
     assert workspace.current.info(1).name == "Wall"
     workspace.unload(workspace.current)
     documents.open_source(FrameRef(str(frame_folder), options=ReadingOptions(depth_units=2000.0)))
-    qtbot.waitUntil(lambda: len(questions()) == 1)
-    questions()[0].button(QMessageBox.StandardButton.Cancel).click()
+    asked(opened, qtbot)
+    answer(opened, "Cancel")
     assert list(workspace.entries) == [entry]
     assert not opened.loader.busy
     opened.project.discard_silently = True

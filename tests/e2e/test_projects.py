@@ -29,14 +29,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..gui.states import edit
 from ..ilf.project_states import assert_same
-from .conftest import answer, in_front, open_frame, write_frame
-
-
-def save(window, qtbot, path: Path, embed: bool | None = None):
-    done: list[bool] = []
-    window.project.saving.save(path, embed, None, done.append)
-    qtbot.waitUntil(lambda: bool(done))
-    assert done == [True]
+from .conftest import answer, in_front, open_frame, save, write_frame
 
 
 def save_to(path: Path, monkeypatch):

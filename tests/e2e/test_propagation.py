@@ -25,7 +25,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 
 from ..gui.states import edit
-from .conftest import open_frame, write_frame
+from .conftest import open_frame, settle, write_frame
 
 SHIFTS = 0, 0, 3, 6, 9
 
@@ -131,28 +131,6 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert not part.strip.isVisible()
 
 
-def test_frames_on_the_way_are_put_away_and_come_back(listed, part, qtbot):
-    window, workspace, entries = listed, listed.workspace, listed.workspace.entries
-    window.feature(FramesFeature).open_frames.max_open = 1
-    part.propagate_through(4)
-    ended(part, qtbot)
-    window.feature(FramesFeature).open_frames.close_surplus()
-    qtbot.waitUntil(lambda: len(workspace.open) == 1)
-    summaries = [entry.summary for entry in entries]
-    assert [summary.stage for summary in summaries[1:]] == [Stage.PROPAGATED] * 4
-    # what is put away is gone through again: from the frame before, and on to frames that nobody has edited
-    window.loader.open_entry(entries[3])
-    qtbot.waitUntil(lambda: entries[3].document is not None)
-    document = propagate_state(window, part, qtbot, "propagate_previous")
-    assert document.info(1).name == "Wall"
-    assert document.blocks.propagated_from == "frame-2"
-    last = propagate_state(window, part, qtbot, "propagate_next")
-    assert abs(border(last) - (30 + SHIFTS[4])) <= 1
-    window.actions_["undo"].trigger()
-    assert abs(border(last) - (30 + SHIFTS[4])) <= 1  # as it was stored
-    assert last.counts()
-
-
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.current
@@ -230,22 +208,6 @@ def test_what_cannot_be_read_of_a_frame_on_the_way_is_told(listed, part, qtbot):
     assert told == ["Its runs cannot be read."]
 
 
-def test_an_error_on_the_way_ends_nothing_but_its_frame(listed, part, qtbot, monkeypatch):
-    workspace, open_state = listed.workspace, listed.loader.open_state
-
-    def opening(entry, *state, **how):
-        if entry is workspace.entries[1]:
-            raise RuntimeError("unforeseen")
-        return open_state(entry, *state, **how)
-
-    monkeypatch.setattr(listed.loader, "open_state", opening)
-    part.propagate_through(2)
-    run = part.run
-    ended(part, qtbot)
-    assert run.done == [workspace.entries[2].name]
-    assert "unforeseen" in run.notes[0]
-
-
 def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
     window = listed
     document = propagate_state(window, part, qtbot, "propagate_next")
@@ -256,8 +218,7 @@ def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
 
     def said(command: str) -> str:
         window.actions_[command].trigger()
-        window.refresh.now()
-        qtbot.waitUntil(lambda: not window.feature(QualityPanel).busy)
+        settle(window, qtbot)
         return window.feature(QualityPanel).reason.text()
 
     assert "Floor was propagated: it was not in the picture before." in said("next_check")

@@ -1,10 +1,7 @@
 """Next suspicious place and suggested distrust, through the real window."""
 
-import math
-import threading
-
 import numpy as np
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
 
@@ -12,14 +9,12 @@ from gui.features.blocks.feature import BlocksFeature, block_rows
 from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality import QualityPanel
-from gui.features.status import StatusFeature
 from gui.state.document import Document
 from gui.state.results import ErrorEstimate
 from ilf.data.frame import RGBDFrame
-from ilf.evaluation.quality.invalid_depth import suggest_invalid
 
 from ..gui.states import edit
-from .conftest import activate, open_frame, write_frame
+from .conftest import activate, open_frame, settle, write_frame
 from .hand import click, key
 
 HEIGHT, WIDTH = 108, 144
@@ -56,8 +51,7 @@ def press(window, qtbot, name: str) -> str:
 def settled(window, qtbot) -> str:
     panel = window.feature(QualityPanel)
     assert panel.widget is not None, "made, though it may be closed"
-    window.refresh.now()
-    qtbot.waitUntil(lambda: not panel.busy)
+    settle(window, qtbot)
     return ": ".join(filter(None, (panel.position.text(), panel.reason.text())))
 
 
@@ -157,30 +151,6 @@ def test_remedies_are_previewed_and_applied_one_after_the_other(window, qtbot, t
     assert settled(window, qtbot) == "2 flagged places left to check."
 
 
-def test_crosshair_and_readout_follow_to_the_place(window, qtbot, tmp_path):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    view = window.views.cells["colour"].view
-    at = view.viewport().rect().center()
-    on_screen = view.viewport().mapToGlobal(QPointF(at))
-
-    def under() -> tuple[int, int] | None:
-        """The pixel that is under the pointer now."""
-        point = view.to_image(view.viewport().mapFromGlobal(on_screen))
-        x, y = math.floor(point.x()), math.floor(point.y())
-        return (x, y) if 0 <= x < WIDTH and 0 <= y < HEIGHT else None
-
-    QTest.mouseMove(view.viewport(), at)
-    before = under()
-    seen = []
-    window.views.cursorMoved.connect(seen.append)
-    press(window, qtbot, "next_check")
-    x, y = seen[-1]
-    assert (x, y) == under() != before
-    assert window.feature(StatusFeature).bar.readout.text().startswith(f"x {x}, y {y}")
-    window.actions_["layout_correct"].trigger()
-    assert seen[-1] == under() != (x, y), "nor does it stay behind when the views stand elsewhere"
-
-
 def test_high_expected_error_is_a_place_once_it_is_known(window, qtbot, tmp_path, run_all, monkeypatch):
     opened_with(window, qtbot, tmp_path, walls(48, 96, WIDTH))
     run_all(window)
@@ -240,30 +210,6 @@ def test_suggested_distrust_is_shown_then_taken_or_left(window, qtbot, tmp_path)
     assert document.frame.invalid_mask is None
     window.actions_["redo"].trigger()
     assert press(window, qtbot, "suggest_invalid").startswith("No invalid depth found")
-    assert panel.remedy is None
-
-
-def test_a_suggestion_stays_until_it_is_answered_or_known_depth_changes(window, qtbot, tmp_path, monkeypatch):
-    opened_with(window, qtbot, tmp_path, walls(WIDTH))
-    panel, workspace = window.feature(QualityPanel), window.workspace
-    begun, go_on = threading.Event(), threading.Event()
-
-    def find(*asked: object) -> np.ndarray:
-        begun.set()
-        assert go_on.wait(20)
-        return suggest_invalid(*asked)
-
-    monkeypatch.setattr("gui.features.quality.suggest_invalid", find)
-    window.actions_["suggest_invalid"].trigger()
-    qtbot.waitUntil(begun.is_set)  # the places are found
-    assert panel.reason.text().startswith("Looking for depth that may be invalid")
-    go_on.set()
-    assert settled(window, qtbot).startswith("4 pixels of known depth may be invalid")
-    workspace.current.replace_blocks(walls(48, WIDTH).astype(np.int32), "Split")
-    assert settled(window, qtbot).startswith("4 pixels of known depth may be invalid")
-    assert panel.remedy.kind == "invalid"
-    workspace.current.set_invalid_mask(np.indices((HEIGHT, WIDTH))[0] < 2, "Distrust depth")
-    assert settled(window, qtbot) == "1 flagged place left to check."
     assert panel.remedy is None
 
 

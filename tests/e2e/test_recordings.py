@@ -12,8 +12,8 @@ from gui.features.frame_list.feature import FramesFeature
 from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, storage_of, write_aligned
 
-from .conftest import answer, loaded
-from .test_projects import open_project, save, show
+from .conftest import answer, loaded, save
+from .test_projects import open_project, show
 
 KEYS = ("1600000000.000000000", "1600000000.033000000", "1600000000.066000000")
 
@@ -47,13 +47,7 @@ def test_frames_of_a_recording_are_listed_and_gone_through(window, qtbot, tmp_pa
     assert len(entries) == 3, "frames that are there already do not come again"
 
 
-def test_a_project_brings_frames_of_a_recording_back(
-    window,
-    another,
-    qtbot,
-    tmp_path,
-    monkeypatch,
-):
+def test_a_project_brings_frames_of_a_recording_back(window, another, qtbot, tmp_path, monkeypatch):
     """With the work on them, without the recording in it, and from where the recording is later."""
     path = write_aligned(tmp_path, "mcap")
     window.recorder.start()

@@ -22,7 +22,7 @@ from ilf.project.project import Project
 from ilf.project.store import FolderInUse, WorkFolder
 from tests.gui.naming import unnamed
 
-from .conftest import answer, open_frame, write_frame
+from .conftest import answer, asked, open_frame, write_frame
 
 
 @pytest.fixture(autouse=True)
@@ -71,13 +71,9 @@ def _part(window) -> AutosaveFeature:
 
 def _asked(window, qtbot, about: str = "") -> QMessageBox:
     """The question about unsaved work, of which frames by a part of their names are named."""
-
-    def questions() -> list[QMessageBox]:
-        boxes = (box for box in window.findChildren(QMessageBox) if box.isVisible())
-        return [box for box in boxes if box.windowTitle() == "Restore Unsaved Work" and about in box.text()]
-
-    qtbot.waitUntil(lambda: bool(questions()))
-    return questions()[0]
+    box = asked(window, qtbot, about)
+    assert box.windowTitle() == "Restore Unsaved Work"
+    return box
 
 
 def _restore(window, qtbot, about: str = "") -> None:

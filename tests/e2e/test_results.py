@@ -18,7 +18,7 @@ from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import work_in_this_process
-from .conftest import answer, export, loaded, write_frame
+from .conftest import answer, loaded, write_frame
 
 NAMES = "far", "near"
 
@@ -66,22 +66,6 @@ def test_the_results_of_a_batch_are_opened_with_what_they_come_from(window, qtbo
     run_all(window)
     assert "near: the result equals the run record." in window.log.text.toPlainText()
     assert not reported
-
-
-def test_a_result_is_corrected_and_run_again(window, qtbot, results, tmp_path):
-    open_path(window, qtbot, results / "far")
-    document = window.workspace.current
-    check_result(document, results / "far")
-    export(window, qtbot, tmp_path / "same", ExportOptions())
-    for name in ("depth.npy", "expected_error.npy", "curves.csv", "run.json"):
-        assert (tmp_path / "same" / name).read_bytes() == (results / "far" / name).read_bytes(), name
-    before = document.completion().depth
-    window.workspace.select([1, 2])
-    window.actions_["merge_blocks"].trigger()
-    with qtbot.waitSignal(window.runs.ended):
-        window.actions_["run"].trigger()
-    assert not document.changed_blocks()
-    assert not np.array_equal(document.completion().depth, before)
 
 
 def test_curves_of_a_result_have_iterations_but_no_times(window, qtbot, results, run_all):

@@ -131,14 +131,3 @@ def test_the_list_is_written_as_it_was_when_that_was_asked_for(opened, qtbot, ru
     document.delete_runs(list(document.state.runs))
     qtbot.waitUntil((tmp_path / "runs.csv").exists)
     assert len((tmp_path / "runs.csv").read_text().splitlines()) == 2
-
-
-@pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
-def test_no_column_is_cut_at_the_usual_width(opened, part, qtbot, run_all, size):
-    opened.resize(*size)
-    opened.workspace.current.set_ground_truth(np.full(opened.workspace.current.frame.shape, 2.0, np.float32))
-    run_all(opened)
-    (run,) = opened.workspace.current.state.runs
-    qtbot.waitUntil(lambda: None not in (run.ground_truth_error, run.expected_error))
-    opened.refresh.now()
-    assert part.view.horizontalScrollBar().maximum() == 0

@@ -9,7 +9,7 @@ from gui.features.status import StatusFeature
 from ilf.segmentation.editing.patches import patch_between
 
 from .conftest import activate
-from .hand import CTRL, SHIFT, click, drag, hover, key
+from .hand import CTRL, SHIFT, click, drag, key
 
 STRIPS = range(1, 8)
 LOCKED = 4
@@ -84,29 +84,6 @@ def test_a_merging_stroke_leaves_locked_blocks_out_and_says_so(strips):
     drag(strips, [(3, 30), (3, 36)], CTRL | SHIFT)
     assert said == ["Two or more unlocked blocks are needed to merge: select them, or Ctrl+Shift+drag across them."]
     assert document.undo_stack.count() == steps
-
-
-def test_the_whole_block_under_the_pointer_is_outlined_and_several_selected_ones_are_tinted(strips):
-    view = strips.views.cells["colour"].view
-    hover(strips, middle(strips, 2))
-    hover(strips, middle(strips, 3))
-    outlined = view.preview.extent
-    assert outlined.contains(QPointF(*middle(strips, 3)))
-    assert outlined.top() <= 1, "the piece apart too"
-    assert outlined.left() <= 1
-    assert not outlined.contains(QPointF(*middle(strips, 5)))
-
-    def seen(label: int) -> int:
-        at = view.transform.map(QPointF(*middle(strips, label))).toPoint()
-        return view.viewport().grab().toImage().pixelColor(at).lightness()
-
-    plain = seen(2)
-    click(strips, middle(strips, 2))
-    hover(strips, (1, 1))
-    assert seen(2) == plain
-    click(strips, middle(strips, 5), CTRL)
-    hover(strips, (1, 1))
-    assert seen(2) > plain
 
 
 def test_several_blocks_are_selected_alike_by_every_way(strips):

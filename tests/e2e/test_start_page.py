@@ -11,8 +11,7 @@ from gui.features.start_page import StartPage, StartPageFeature
 from gui.work.jobs import stop_workers
 from ilf.sources.frame_ref import FrameRef
 
-from .conftest import loaded, open_frame, write_frame
-from .test_projects import save
+from .conftest import loaded, open_frame, save, write_frame
 
 
 def test_it_goes_with_a_frame_comes_back_and_offers_what_was_open(window, qtbot, tmp_path, small_frame):

@@ -12,7 +12,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..ilf.batch_frames import write_frames
 from ..web_server import serving_folder
-from .conftest import answer
+from .conftest import answer, asked
 
 pytest.importorskip("fsspec")
 pytest.importorskip("aiohttp", reason="aiohttp is not installed (extra dev)")
@@ -25,38 +25,26 @@ def web(tmp_path):
         yield served
 
 
-def question(window, qtbot) -> QMessageBox:
-    found: list[QMessageBox] = []
-
-    def is_there() -> bool:
-        found[:] = [box for box in window.findChildren(QMessageBox) if box.isVisible()]
-        return bool(found)
-
-    qtbot.waitUntil(is_there)
-    return found[0]
-
-
 def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window, qtbot, tmp_path, web):
-    address, asked = web
+    address, wanted = web
     source = FrameRef(f"{address}/rgb/0000.png", f"{address}/depth/0000.png")
     (tmp_path / "mail").mkdir()
     path = tmp_path / "mail" / "stranger.ilf"
     save_project(path, Project((ProjectFrame("a1", "desk", source),), "a1"))
     with qtbot.waitSignal(window.project.opening.opened):
         window.documents.open_paths([path])
-    box = question(window, qtbot)
+    box = asked(window, qtbot)
     assert f"{address}/rgb/0000.png" in box.text()
     assert box.defaultButton() is box.button(QMessageBox.StandardButton.Cancel)
     box.defaultButton().click()
     qtbot.waitUntil(lambda: not window.loader.busy)
-    assert not asked
+    assert not wanted
     assert not window.workspace.has_current
     window.loader.open_entry(window.workspace.entries[0])
-    box = question(window, qtbot)
-    assert f"{address}/depth/0000.png" in box.text()
-    answer(window, "&Open")
+    asked(window, qtbot)
+    assert f"{address}/depth/0000.png" in answer(window, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)
-    assert asked
+    assert wanted
 
 
 def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
@@ -73,6 +61,6 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     assert "elsewhere" in dialog.message.text()
     assert "--" not in dialog.message.text(), "that is for the command line"
     dialog.accept_button.click()
-    question(window, qtbot)
+    asked(window, qtbot)
     answer(window, "&Open")
     qtbot.waitUntil(lambda: window.workspace.has_current)

@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 
 import ilf
-from gui.features.filter import FilterPanel
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
 
-from .conftest import export, loaded, reading
+from .conftest import export, loaded
 
 
 def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, run_all, frame_folder, tmp_path):
@@ -35,12 +34,8 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
     assert json.loads((tmp_path / "first" / "run.json").read_text())["blocks"]["edited"] is True
     assert workspace.current.unsaved, "names, locks and the other runs are not in an export"
 
-    assert (
-        command_line(
-            ["complete", "--replay", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path / "again"), "--quiet"]
-        )
-        == 0
-    )
+    replay = ["complete", "--replay", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path / "again")]
+    assert command_line([*replay, "--quiet"]) == 0
     for path in (tmp_path / "first").iterdir():
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes(), path.name
 
@@ -78,40 +73,3 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
     opened.actions_["close_frame"].trigger()
     loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
     assert opened.workspace.current.selected == [2]
-
-
-def test_blocks_are_extracted_and_run_one_after_the_other(opened, qtbot):
-    actions = opened.actions_
-    opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=1.0))
-    with reading(opened, qtbot):
-        actions["extract"].trigger()
-        assert not actions["extract"].isEnabled()
-    opened.workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
-    actions["run"].trigger()
-    assert not actions["extract"].isEnabled()
-    assert not actions["load_blocks"].isEnabled()
-    with qtbot.waitSignal(opened.runs.ended) as ended:
-        actions["cancel"].trigger()
-    assert "cancelled" in ended.args[0]
-    assert opened.workspace.current.completion() is None
-    assert [actions[name].isEnabled() for name in ("extract", "cancel", "run")] == [True, False, True]
-
-
-def test_the_preset_box_tells_what_was_changed_and_keeps_the_two_scopes_apart(opened):
-    workspace, panel = opened.workspace, opened.feature(FilterPanel)
-    presets = panel.presets.names
-    for name in ("released-code", "paper"):
-        for changed in ({}, {"mode": "fill+denoise"}):
-            workspace.parameters.set(ilf.preset(name, **changed))
-            opened.refresh.now()
-            assert presets.currentText() == name + (" (changed)" if changed else "")
-        if name == "released-code":
-            presets.activated.emit(presets.currentIndex())
-            assert workspace.parameters.current == ilf.preset(name)
-    workspace.select([1])
-    workspace.parameters.set(ilf.preset("released-code"), 1)
-    for scope, shown in ((1, "released-code"), (0, "paper (changed)")):
-        panel.scope.setCurrentIndex(scope)
-        panel.redraw()
-        opened.refresh.now()
-        assert presets.currentText() == shown

@@ -1,20 +1,14 @@
 """The window's habits, driven by the keyboard alone; and names for all that can be used."""
 
-import gc
-import weakref
-
-import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
-from PySide6.QtGui import QKeySequence, QResizeEvent
+from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
-from gui.features.layouts import LayoutsFeature
 from gui.features.palette import listed
 from gui.features.shortcuts import ShortcutsFeature
-from gui.features.views import ViewsFeature
 from gui.views.view_menus import SidesMenu
 from tests.gui.naming import unnamed
 
@@ -87,40 +81,6 @@ def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):
     assert len(set(keys)) == len(keys)
 
 
-@pytest.mark.parametrize("width", [800, 600])
-def test_what_has_no_room_in_a_narrow_window_is_behind_a_button_or_in_a_menu(opened, qtbot, width):
-    opened.resize(width, 560)
-    qtbot.waitUntil(lambda: opened.width() == width)
-    layouts, views = opened.feature(LayoutsFeature), opened.feature(ViewsFeature).bar
-    QApplication.sendEvent(opened.menuBar(), QResizeEvent(opened.menuBar().size(), opened.menuBar().size()))
-    assert views.shown.isVisible(), "the opacity of the blocks is nowhere else"
-    assert opened.menuBar().rect().right() >= _right(views.shown, opened)
-    assert layouts.menu.actions()[0].text() == "&Standard"
-    for bar in opened.findChildren(QToolBar):
-        cut = [
-            action
-            for action in bar.actions()
-            if action.isVisible() and bar.widgetForAction(action) is not None
-            if not bar.widgetForAction(action).isVisible()
-        ]
-        more = bar.findChild(QToolButton, "qt_toolbar_ext_button")
-        assert not cut or not bar.isVisible() or more.isVisible()
-
-
-def test_the_tab_of_the_point_cloud_comes_back_whole(opened, qtbot):
-    bar = opened.feature(ViewsFeature).bar
-    qtbot.waitUntil(lambda: bar.width() == bar.sizeHint().width())
-    whole = bar.width()
-    for _ in range(2):
-        opened.actions_["cloud_beside"].trigger()
-        QApplication.processEvents()
-    assert bar.width() == bar.sizeHint().width() == whole
-
-
-def _right(widget: QWidget, window) -> int:
-    return widget.mapTo(window, widget.rect().topRight()).x()
-
-
 def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
     activate(opened, qtbot)
     opened.workspace.select([])
@@ -170,18 +130,6 @@ def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):
     QTest.keyClicks(palette.field, "side")
     assert listed(palette.list)
     palette.leave()
-
-
-def test_a_frame_that_is_closed_leaves_no_copy_in_memory(opened, qtbot):
-    workspace, document = opened.workspace, weakref.ref(opened.workspace.current)
-    opened.refresh.now()
-    workspace.remove_entries([workspace.current_entry])
-
-    def is_gone() -> bool:
-        gc.collect()
-        return document() is None
-
-    qtbot.waitUntil(is_gone)
 
 
 def test_a_saved_picture_has_neither_crosshair_nor_focus(opened, qtbot, tmp_path):

@@ -9,6 +9,7 @@ import ilf
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.tools.base import EdgeData, Point, Result, Tool, ToolOptions
+from gui.tools.kinds import make_tools
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch
@@ -122,3 +123,8 @@ class Hand:
         was_busy = self.tool.busy
         self.tool.cancel(self.host)
         return was_busy
+
+
+def hand(host: ToolHost, name: str) -> Hand:
+    """A hand with a tool."""
+    return Hand(make_tools()[name], host)

@@ -21,7 +21,6 @@ from tests.ilf.batch_frames import write_frames
 from tests.ilf.project_states import small_frame
 
 from . import seeds
-from .seeds import Seeds
 
 _QUICK = {"max_iterations": 3, "edges": "canny", "correction": False}
 
@@ -51,44 +50,34 @@ def presets(folder: Path) -> list[bytes]:
     return seeds.preset(folder)
 
 
-def batch(file: str) -> Seeds:
-    """One of the files in which a batch stores its progress."""
-
-    def made(folder: Path) -> list[bytes]:
-        settings = BatchSettings(
-            ilf.preset(**_QUICK), BlockChoice(ilf.BlockParameters(detector="canny")), options=ExportOptions(cloud=None)
-        )
-        facts, levels = settings.facts(), (1.0, 3.0)
-        frames = frames_of_sources([ilf.open_source(write_frames(folder / "frames", 1))])
-        (folder / "sha256").write_text(sha256_of(facts))
-        sink = FolderSink(settings=settings, folder=folder / "out", sha256=sha256_of(facts), levels=levels)
-        complete_frame(sink, frames[0], 1)
-        write_settings(folder / "out", facts, levels)
-        return [(folder / "out" / file).read_bytes()]
-
-    return made
+def batch(folder: Path) -> None:
+    """The files in which a batch stores its progress."""
+    settings = BatchSettings(
+        ilf.preset(**_QUICK), BlockChoice(ilf.BlockParameters(detector="canny")), options=ExportOptions(cloud=None)
+    )
+    facts, levels = settings.facts(), (1.0, 3.0)
+    frames = frames_of_sources([ilf.open_source(write_frames(folder / "frames", 1))])
+    (folder / "sha256").write_text(sha256_of(facts))
+    sink = FolderSink(settings=settings, folder=folder / "out", sha256=sha256_of(facts), levels=levels)
+    complete_frame(sink, frames[0], 1)
+    write_settings(folder / "out", facts, levels)
 
 
 def autosave(folder: Path) -> list[bytes]:
     """The index of an autosave of two frames with all work on them; the other files are in `sound`."""
     seeds.project(folder)
     work = WorkFolder(folder / "sound")
-    with ilf.open_project(folder / "sound.ilf") as opened:
+    with ilf.open_project(folder / seeds.PROJECT) as opened:
         work.commit({name: opened.parts.read(name) for name in opened.parts.names()})
     work.close()
     return [(folder / "sound" / "index.json").read_bytes()]
 
 
-def result(file: str) -> Seeds:
-    """run.json or meta.json of a result with a pose, and its files."""
-
-    def made(folder: Path) -> list[bytes]:
-        frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
-        run = ilf.Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
-        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
-        return [(folder / "out" / file).read_bytes()]
-
-    return made
+def result(folder: Path) -> None:
+    """A result with a pose, and its files."""
+    frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
+    run = ilf.Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
+    write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
 
 
 def bench_frame(folder: Path) -> list[bytes]:

@@ -44,6 +44,11 @@ def depth(path: Path) -> None:
     assert np.isfinite(frame.depth[frame.known]).all()
 
 
+def viewer_table(path: Path) -> None:
+    """The table beside a depth image of the RealSense Viewer."""
+    depth(path.parent / "depth.raw")
+
+
 def dataset(path: Path) -> None:
     frame = ilf.load_frame(path.parent / "rgb.png", f"{path}:/left/depth")
     assert np.isfinite(frame.depth[frame.known]).all()

@@ -14,7 +14,7 @@ from tests.ilf.two_cameras import write_pair
 
 from .seeds import Seeds, depth_values, with_colour
 
-ARKIT_CAMERA = f"lowres_wide_intrinsics/4242_{phone_files.TIMES[0]:.3f}.pincam"
+ARKIT_CAMERA = f"4242/lowres_wide_intrinsics/4242_{phone_files.TIMES[0]:.3f}.pincam"
 
 
 def _metres() -> np.ndarray:
@@ -65,14 +65,14 @@ def bag(kind: str) -> Seeds:
     return made
 
 
-def metadata(folder: Path) -> list[bytes]:
-    """metadata.yaml of a recording of ROS 2."""
-    return [(write_aligned(folder, "sqlite3", frames=2, name="sound") / "metadata.yaml").read_bytes()]
+def ros2(folder: Path) -> None:
+    """A recording of ROS 2, with its metadata.yaml."""
+    write_aligned(folder, "sqlite3", frames=2, name="made")
 
 
-def realsense_viewer(folder: Path) -> list[bytes]:
+def realsense_viewer(folder: Path) -> None:
     """Of the RealSense Viewer, until 2.58."""
-    return [write_viewer_bag(folder, name="sound").read_bytes()]
+    write_viewer_bag(folder, name="made")
 
 
 def realsense_library(folder: Path) -> list[bytes]:
@@ -80,36 +80,27 @@ def realsense_library(folder: Path) -> list[bytes]:
     return [write_library_db3(folder, "sound").read_bytes()]
 
 
-def nyu_raw(file: str) -> Seeds:
-    """One of the two files of a pair of NYU Depth's raw folders."""
-
-    def made(folder: Path) -> list[bytes]:
-        content = {
-            "r-1.5-1.ppm": b"P6\n640 480\n255\n" + bytes(3 * 640 * 480),
-            "d-1.5-2.pgm": b"P5\n640 480\n65535\n" + np.full(640 * 480, 700, "<u2").tobytes(),
-        }
-        (folder / "raw").mkdir()
-        for name in content:
-            (folder / "raw" / name).write_bytes(content[name])
-        return [content[file]]
-
-    return made
+def nyu_raw(folder: Path) -> None:
+    """A pair of NYU Depth's raw folders."""
+    (folder / "raw").mkdir()
+    (folder / "raw" / "r-1.5-1.ppm").write_bytes(b"P6\n640 480\n255\n" + bytes(3 * 640 * 480))
+    depth = np.full(640 * 480, 700, "<u2").tobytes()
+    (folder / "raw" / "d-1.5-2.pgm").write_bytes(b"P5\n640 480\n65535\n" + depth)
 
 
-def raw_pair(folder: Path) -> list[bytes]:
-    """The calibration.json of a user's raw pair."""
+def raw_pair(folder: Path) -> None:
+    """A user's raw pair, with its calibration.json."""
     write_pair(folder / "pair")
-    return [(folder / "pair" / "calibration.json").read_bytes()]
 
 
-def azure(folder: Path) -> list[bytes]:
+def azure(folder: Path) -> None:
     """Of an Azure Kinect."""
-    return [write_azure(folder / "sound.mkv", frames=1).read_bytes()]
+    write_azure(folder / "made.mkv", frames=1)
 
 
-def record3d(folder: Path) -> list[bytes]:
+def record3d(folder: Path) -> None:
     """A .r3d."""
-    return [phone_files.write_record3d(folder / "sound.r3d").read_bytes()]
+    phone_files.write_record3d(folder / "made.r3d")
 
 
 def scannet(folder: Path) -> list[bytes]:
@@ -117,24 +108,11 @@ def scannet(folder: Path) -> list[bytes]:
     return [phone_files.sens(count=2)]
 
 
-def stray(file: str) -> Seeds:
-    """One of the files of a folder of Stray Scanner."""
-
-    def made(folder: Path) -> list[bytes]:
-        return [(phone_files.write_stray(folder / "stray") / file).read_bytes()]
-
-    return made
+def stray(folder: Path) -> None:
+    """A folder of Stray Scanner."""
+    phone_files.write_stray(folder / "stray")
 
 
-def arkit_camera(folder: Path) -> list[bytes]:
-    """The camera of a frame of ARKitScenes."""
-    return [(phone_files.write_arkit(folder / "4242") / ARKIT_CAMERA).read_bytes()]
-
-
-def arkit(file: str) -> Seeds:
-    """One of the files of a sequence of ARKitScenes."""
-
-    def made(folder: Path) -> list[bytes]:
-        return [(phone_files.write_arkit(folder / "4242") / file).read_bytes()]
-
-    return made
+def arkit(folder: Path) -> None:
+    """A sequence of ARKitScenes."""
+    phone_files.write_arkit(folder / "4242")

@@ -24,8 +24,10 @@ from tests.ilf.tiny_onnx import message, node, number, write_network
 
 HEIGHT, WIDTH = SHAPE = 24, 32
 
-Seeds = Callable[[Path], list[bytes]]
-"""Writes companion files into a folder, and returns valid contents of the file."""
+Seeds = Callable[[Path], list[bytes] | None]
+"""Writes companion files into a folder, and returns valid contents of the file, or writes that, too."""
+
+PROJECT = "room.ilf"
 
 
 def depth_values() -> np.ndarray:
@@ -131,22 +133,12 @@ def depth_of_several(folder: Path) -> list[bytes]:
     return [stream.getvalue()]
 
 
-def viewer_raw(folder: Path) -> list[bytes]:
-    """Depth of the RealSense Viewer, with its table."""
+def viewer(folder: Path) -> None:
+    """A snapshot of the RealSense Viewer: depth, and its table."""
     with_colour(folder)
     table = f"Frame Info:\nType,Depth\nFormat,Z16\nResolution x,{WIDTH}\nResolution y,{HEIGHT}\n"
     (folder / "depth_metadata.csv").write_text(table)
-    return [depth_values().astype("<u2").tobytes()]
-
-
-def viewer_table(folder: Path) -> list[bytes]:
-    """The table of a snapshot of the RealSense Viewer."""
-    content = viewer_raw(folder)[0]
-    (folder / "depth.raw").write_bytes(content)
-    table = folder / "depth_metadata.csv"
-    content = table.read_bytes()
-    table.unlink()
-    return [content]
+    (folder / "depth.raw").write_bytes(depth_values().astype("<u2").tobytes())
 
 
 def depth_pcd(folder: Path) -> list[bytes]:
@@ -195,17 +187,16 @@ def transforms(folder: Path) -> list[bytes]:
     return [json.dumps({**camera, "depth_unit_scale_factor": 0.001, "frames": [frame]}).encode()]
 
 
-def open3d(name: str) -> Seeds:
-    """A folder of Open3D."""
+def open3d_trajectory(folder: Path) -> list[bytes]:
+    """trajectory.log of a folder of Open3D."""
+    with_colour(folder, "frames/color/0.png")
+    with_depth(folder, "frames/depth/0.png")
+    return [b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0.5\n0 0 0 1\n"]
 
-    def write_frames(folder: Path) -> list[bytes]:
-        with_colour(folder, "frames/color/0.png")
-        with_depth(folder, "frames/depth/0.png")
-        if name == "trajectory.log":
-            return [b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0.5\n0 0 0 1\n"]
-        return [b"30 0 16\n0 30 12\n0 0 1\n", b"fx: 30\nfy: 30\ncx: 16\ncy: 12\n", b"32 24 30 30 16 12 0 0 0 0 0\n"]
 
-    return write_frames
+def intrinsics_text(folder: Path) -> list[bytes]:
+    """As Open3D, people and others write them."""
+    return [b"30 0 16\n0 30 12\n0 0 1\n", b"fx: 30\nfy: 30\ncx: 16\ncy: 12\n", b"32 24 30 30 16 12 0 0 0 0 0\n"]
 
 
 def colour_png(folder: Path) -> list[bytes]:
@@ -313,15 +304,10 @@ def preset(folder: Path) -> list[bytes]:
     return [(folder / name).read_bytes() for name in ("a.json", "b.json")]
 
 
-def blocks(format: str) -> Seeds:
+def blocks(folder: Path, format: str) -> None:
     """One of the formats of `write_blocks`."""
-
-    def made(folder: Path) -> list[bytes]:
-        with_colour(folder)
-        write_blocks(folder / "b.json", _labels(), format=format, names={1: "chair"}, image=folder / "rgb.png")
-        return [(folder / "b.json").read_bytes()]
-
-    return made
+    with_colour(folder)
+    write_blocks(folder / "blocks.json", _labels(), format=format, names={1: "chair"}, image=folder / "rgb.png")
 
 
 def label_map(folder: Path) -> list[bytes]:
@@ -336,15 +322,14 @@ def mask(folder: Path) -> list[bytes]:
     return [_encoded(".png", np.where(_labels() > 0, 255, 0).astype(np.uint8))]
 
 
-def project(folder: Path) -> list[bytes]:
+def project(folder: Path) -> None:
     """With a frame from files and one made by a program."""
     states = [rich_state(small_frame(folder / "frame"), "a1"), rich_state(made_frame(), "b2")]
     frames = tuple(ProjectFrame(state.id, state.frame.name, None, has_state=True) for state in states)
-    save_project(folder / "sound.ilf", Project(frames), states)
-    return [(folder / "sound.ilf").read_bytes()]
+    save_project(folder / PROJECT, Project(frames), states)
 
 
-def record(folder: Path) -> list[bytes]:
+def record(folder: Path) -> None:
     """Run record with every possible entry."""
     frame = small_frame(folder / "frame")
     drawn = np.zeros(frame.shape, bool)
@@ -352,7 +337,6 @@ def record(folder: Path) -> list[bytes]:
     run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=3))
     run = ilf.Run(frame, ilf.Blocks(run.blocks.labels, own={1: {"smoothness": 2.0}}, drawn=drawn), run.parameters)
     write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
-    return [(folder / "out" / "run.json").read_bytes()]
 
 
 def time_lists(folder: Path) -> list[bytes]:

@@ -66,8 +66,8 @@ def sound_files(form: Format, place: Path) -> list[bytes]:
     """Make the valid files of a format and their companion files in an empty folder, and read them."""
     for name in ("MODELS", "PRESETS", "AUTOSAVE", "FOLDERS"):
         os.environ[f"ILF_{name}"] = str(place / name)
-    seeds = form.seeds(place)
     path = place / form.file
+    seeds = form.seeds(place) or [path.read_bytes()]
     path.parent.mkdir(parents=True, exist_ok=True)
     for number, sound in enumerate(seeds):
         path.write_bytes(sound)

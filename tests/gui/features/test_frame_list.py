@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 import pytest
-from PySide6.QtCore import QItemSelectionModel, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtTest import QAbstractItemModelTester, QTest
-from PySide6.QtWidgets import QLineEdit, QListView
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLineEdit
 
 from gui.features.frame_list import thumbnails as thumbnails_module
 from gui.features.frame_list.model import FrameListModel, last_line, shown_entries, tooltip_text
@@ -58,33 +58,6 @@ def test_sieve_leaves_out_and_sorts(chosen, names):
     entries = _entries()
     assert _names(shown_entries(entries, **chosen)) == names
     assert entries[0] in shown_entries(entries, **chosen, always=entries[0]), "the frame that is looked at stays"
-
-
-def test_frames_that_stay_in_the_list_remain_current_and_selected(qtbot):
-    model, view = FrameListModel(lambda entry: None), QListView()
-    qtbot.addWidget(view)
-    view.setModel(model)
-    view.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
-    QAbstractItemModelTester(model, QAbstractItemModelTester.FailureReportingMode.Fatal)
-    entries = [Entry.of(FrameRef(f"/nowhere/{number}")) for number in range(300)]
-    model.set_entries(entries[:100])
-    view.setCurrentIndex(model.index_of(entries[20]))
-    view.selectionModel().select(model.index_of(entries[30]), QItemSelectionModel.SelectionFlag.Select)
-    for shown in (entries[5:90], [*entries[10:50], *entries[80:120]], entries[::-1], entries, entries[::2]):
-        model.set_entries(shown)
-        assert model.entries == shown
-        assert [model.row_of(entry) for entry in shown] == list(range(len(shown)))
-        assert view.currentIndex() == model.index_of(entries[20])
-        assert {index.row() for index in view.selectedIndexes()} == {
-            model.row_of(entries[20]),
-            model.row_of(entries[30]),
-        }
-    model.set_entries(entries[31:])
-    assert not view.currentIndex().isValid()
-    assert view.selectedIndexes() == []
-    assert model.row_of(entries[1]) == -1
-    model.set_entries([])
-    assert model.rowCount() == 0
 
 
 def test_row_says_all_in_words(qapp):

@@ -5,33 +5,12 @@ import pytest
 
 import ilf
 from gui.state.document import Document
-from gui.state.parameters import DRAG_S
 from gui.state.parts import Part
 from ilf.data.results import compose
 from ilf.errors import InputError
 from ilf.segmentation.extraction import extract
 
 from ..states import QUICK, edit, extraction
-
-
-def test_a_drag_of_a_value_is_one_step(workspace, document, monkeypatch):
-    now = 100.0
-    monkeypatch.setattr("gui.state.parameters.time.monotonic", lambda: now)
-    for value in (2.0, 3.0, 4.0):
-        workspace.parameters.set(ilf.preset(smoothness=value))
-        now += DRAG_S / 2
-    assert (document.undo_stack.count(), document.unsaved) == (1, True)
-    now += DRAG_S
-    workspace.parameters.set(ilf.preset(smoothness=5.0))
-    workspace.parameters.set(ilf.preset(smoothness=5.0, noise=0.1))
-    texts = [document.undo_stack.text(i) for i in range(document.undo_stack.count())]
-    assert texts == ["Set Smoothness", "Set Smoothness", "Set Noise"]
-    document.undo_stack.setClean()
-    workspace.parameters.set(ilf.preset(smoothness=5.0, noise=0.2))
-    assert document.unsaved, "what is saved is not changed behind the user's back"
-    for wanted in ((5.0, 0.1), (5.0, 0.0), (4.0, 0.0), (1.0, 0.0)):
-        document.undo_stack.undo()
-        assert (workspace.parameters.current.smoothness, workspace.parameters.current.noise) == wanted
 
 
 def test_what_has_been_run_since_results_were_cleared_stays_when_they_come_back(workspace, document, results):
@@ -115,21 +94,6 @@ def test_depth_that_is_distrusted_is_missing_and_undo_brings_it_back(workspace, 
     with pytest.raises(InputError, match="no known depth is left"):
         workspace.current.set_invalid_mask(np.ones_like(mask), "Distrust depth")
     assert document.frame.invalid_mask is None
-
-
-def test_a_truth_outlasts_what_is_undone_of_the_depth(workspace, document):
-    mask = np.zeros(document.frame.shape, bool)
-    mask[30:40, 5:20] = True
-    workspace.current.set_invalid_mask(mask, "Distrust depth")
-    workspace.current.set_ground_truth(np.full(document.frame.shape, 2.0, np.float32))
-    ground_truth = document.frame.ground_truth
-    document.undo_stack.undo()
-    assert document.frame.invalid_mask is None
-    np.testing.assert_array_equal(document.frame.ground_truth, ground_truth)
-    workspace.current.set_ground_truth(None)
-    document.undo_stack.redo()
-    assert document.frame.ground_truth is None
-    assert document.frame.invalid_mask is not None
 
 
 def test_results_go_with_the_extraction_whose_edges_the_filter_saw(workspace, document):

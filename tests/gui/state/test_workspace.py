@@ -46,21 +46,6 @@ def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, sm
 # results while a run goes on
 
 
-def test_of_other_frames_only_the_list_is_told(workspace, other, results, told):
-    other.add_records(1, results[0].history)
-    other.add_previews([(results[0].block, results[0].depth)])
-    assert told() == Part.LIST
-    other.store_results(results)
-    other.end_run()
-    assert told() == Part.LIST
-    other.store_error_estimate(
-        other.completion(),
-        ErrorEstimate(np.ones(other.frame.shape, np.float32), np.zeros(other.frame.shape, bool)),
-    )
-    assert told() == Part.LIST
-    assert other.expected_error() is not None
-
-
 def test_an_expected_error_is_that_of_the_present_completion(workspace, document, results, told):
     doubt = ErrorEstimate(np.ones(document.frame.shape, np.float32), np.zeros(document.frame.shape, bool))
     document.add_results(results[:1])

@@ -24,11 +24,6 @@ def _depth(hand: Hand) -> np.ndarray:
     return np.full((48, 64), np.nan, np.float32) if by_hand is None else by_hand.depth
 
 
-def _tool(hand: Hand) -> DepthByHandTool:
-    assert isinstance(hand.tool, DepthByHandTool)
-    return hand.tool
-
-
 def test_a_picked_depth_is_painted_where_depth_is_missing(hand):
     hand.drag([(10, 16), (18, 16)])
     assert hand.host.said == ["No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."]
@@ -61,13 +56,13 @@ def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     assert "is locked" in host.said[-1]
     hand.drag([(40, 5), (45, 5)])
     assert "Nothing is missing here" in host.said[-1]
-    host.attempt(lambda: _tool(hand).fill(host))
+    host.attempt(lambda: hand.tool.fill(host))
     assert host.said[-1] == "Select the block with the hole first."
     assert host.steps == []
     host.document.select([2])
-    _tool(hand).fill(host)
+    hand.tool.fill(host)
     assert np.array_equal(np.isfinite(_depth(hand)), host.document.frame.missing & (host.labels == 2))
-    _tool(hand).erase(host)
+    hand.tool.erase(host)
     assert host.document.blocks.by_hand is None
 
 
@@ -82,7 +77,7 @@ def test_depth_beyond_sensors_is_refused(hand):
 def test_a_plane_is_proposed_limited_and_taken(hand):
     host, rows = hand.host, np.mgrid[:48, :64][0]
     host.document.select([1])
-    _tool(hand).propose_plane(host)
+    hand.tool.propose_plane(host)
     proposal = host.document.proposal
     np.testing.assert_allclose(proposal[LEFT_HOLE], (1.5 + 0.004 * rows)[LEFT_HOLE], rtol=2e-3)
     assert np.isnan(proposal[RIGHT_HOLE]).all()
@@ -102,10 +97,10 @@ def test_the_rectangle_says_which_plane(hand):
     host = hand.host
     host.document.select([1])
     host.workspace.current.look(Part.REGION, region=(slice(2, 9), slice(34, 60)))
-    _tool(hand).propose_plane(host)
+    hand.tool.propose_plane(host)
     assert np.nanmedian(host.document.proposal) == pytest.approx(2.4 + 0.005 * 14, rel=0.02), "that of the other wall"
     host.workspace.current.look(Part.REGION, region=(slice(12, 15), slice(10, 15)))
-    _tool(hand).propose_plane(host)
+    hand.tool.propose_plane(host)
     assert "at least 12 pixels" in host.said[-1]
     assert host.document.proposal is None
 

@@ -4,14 +4,10 @@ import numpy as np
 
 import ilf
 from gui.state.document import Document
-from gui.tools.kinds import KINDS, make_tools
+from gui.tools.kinds import KINDS
 from gui.views.interaction import PointerKind
 
-from ..tool_host import Hand
-
-
-def hand(host, tool):
-    return Hand(make_tools()[tool], host)
+from ..tool_host import hand
 
 
 def measured(host):

@@ -5,15 +5,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from gui.tools.kinds import KINDS, make_tools
+from gui.tools.kinds import KINDS
 from gui.views.interaction import PointerEvent, PointerKind
 from ilf.segmentation.editing.patches import patch_between
 
-from ..tool_host import Hand, ToolHost
-
-
-def hand(host, name):
-    return Hand(make_tools()[name], host)
+from ..tool_host import ToolHost, hand
 
 
 def _move(at, keys=""):

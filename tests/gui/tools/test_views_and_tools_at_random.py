@@ -6,18 +6,13 @@ import numpy as np
 import pytest
 
 import ilf
-from gui.features.blocks.commands import BlockCommands
 from gui.features.derived import DerivedFeature
 from gui.features.export.feature import behind
 from gui.state.document import Document
 from gui.state.parts import Part
-from gui.tools.editor import Editor
 from gui.work.frame_runs import LiveSolver, RunState
-from gui.work.jobs import stop_workers
 from ilf.evaluation.edit_summary import EditSummary
 from ilf.segmentation.edges.frame_edges import FrameEdges
-
-Completed = tuple[ilf.Completion | None, ilf.Completion | None]
 
 
 @pytest.fixture
@@ -73,19 +68,6 @@ def test_an_edit_is_judged_against_the_drawn_borders_that_there_were(bench, look
     until(lambda: len(asked) == 3)
     np.testing.assert_array_equal(asked[2][0].blocks.drawn, asked[1][1].blocks.drawn)
     np.testing.assert_array_equal(asked[2][1].blocks.drawn, asked[1][0].blocks.drawn)
-
-
-def test_the_depth_before_an_edit_is_that_of_the_values_then(bench, look, views):
-    bench.run_all()
-    first = bench.document.completion()
-    bench.workspace.parameters.set(bench.workspace.parameters.current.replace(max_iterations=7))
-    bench.run_all()
-    assert bench.document.completion() is not first
-    bench.document.undo_stack.undo()
-    now = bench.document.completion()
-    bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
-    look(True)
-    assert views.data.result.depth is now.depth
 
 
 def test_what_is_shown_while_one_looks_back_stays(bench, look, views):
@@ -149,19 +131,6 @@ def test_an_edit_between_a_command_to_run_and_the_run_is_solved_after_it(bench, 
     bench.runs.current.start({3})
     bench.workspace.current.edit(bench.patch(2, np.s_[5:20], np.s_[26:30]), "Paint")
     until(lambda: bench.document.changed_blocks() == [])
-
-
-def test_a_command_during_a_stroke_can_be_undone_exactly(bench, views, context):
-    context.editor = editor = Editor(bench.workspace, views)
-    commands = BlockCommands(context)
-    former = bench.document.labels.copy()
-    bench.workspace.select([1])
-    editor.set_tool("paint")
-    bench.workspace.current.stroke(bench.patch(2, np.s_[5:20], np.s_[10:20]))
-    commands.delete()
-    bench.document.undo_stack.undo()
-    np.testing.assert_array_equal(bench.document.labels, former)
-    stop_workers(editor)
 
 
 def test_an_export_says_what_its_results_lack(bench):

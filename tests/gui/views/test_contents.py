@@ -135,21 +135,6 @@ def test_equal_depths_are_said_to_be_equal(views):
     assert "no difference" in cell.strip._text
 
 
-def test_the_judgement_is_the_error_as_soon_as_there_is_a_truth(views):
-    views.sheet.set_layout("compare")
-    cell = views.cells["evaluation"]
-    views.give(depth=flat(2.0))
-    views.give(expected=flat(0.01))
-    assert cell.strip.title == "Expected error"
-    ground_truth = flat(2.05)
-    ground_truth[:, 32:] = np.nan
-    views.give(ground_truth=ground_truth)
-    assert cell.view.value_at(5, 5) == pytest.approx(-50, abs=0.01)
-    assert cell.view.value_at(40, 5) is None
-    views.give(ground_truth=None)
-    assert cell.strip.title == "Expected error"
-
-
 def test_a_handle_parts_two_depths_and_is_dragged_past_the_tool(views):
     heard = []
     views.navigation.set_handler(lambda event: heard.append(event.kind.name))

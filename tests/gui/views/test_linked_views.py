@@ -14,7 +14,6 @@ from gui.views.colours import depth_table, error_table
 from gui.views.interaction import PointerKind, Preview
 from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
-from ilf.drawing.blocks import inner_points
 from ilf.drawing.colours import robust_difference_level, to_indices
 from tests.pins.window.hand import wheel
 
@@ -191,22 +190,6 @@ def test_the_expected_error_is_logarithmic_in_millimetres_and_tells_measured_fro
     assert bar.levels is None
 
 
-def test_what_nothing_vouches_for_is_striped_in_the_view_of_the_expected_error_alone(views):
-    error = np.full((HEIGHT, WIDTH), 0.01, np.float32)
-    doubtful = np.zeros((HEIGHT, WIDTH), bool)
-    doubtful[10:40, 10:40] = True
-    views.give(expected=error, unsupported=doubtful)
-    cells = views.cells
-    marked = {name for name, cell in cells.items() if "unsupported" in [text for _, text in cell._stripe_legend]}
-    assert marked == {"expected-error", "evaluation"}, "without a truth, that view has it too"
-    stripes, depth = view_of(views, "expected-error").stripes, view_of(views, "depth-in").stripes
-    assert stripes.find().any()
-    assert depth.find() is None
-    views.give(expected=error, unsupported=np.zeros_like(doubtful))
-    assert stripes.find() is None
-    assert not cells["expected-error"]._stripe_legend
-
-
 def test_depth_colours_follow_levels_and_map(views):
     views.ranges.set("depth", "fixed", (1.0, 3.0))
     view = view_of(views, "depth-in")
@@ -307,23 +290,6 @@ def test_contours_alone_have_the_colours_of_their_blocks(views):
     red, green, _ = colour_at(view, border - QPoint(5, 0))
     assert red > beside[0], "a tinted band along the line shows what is one block"
     assert green < beside[1]
-
-
-def test_names_stand_inside_their_blocks_and_small_views_have_none(views):
-    labels, table = blocks()
-    views.paint(labels, table)
-    points = inner_points(labels)
-    assert {label: labels[int(y), int(x)] for label, (x, y, _) in points.items()} == {1: 1, 2: 2}
-    assert all(radius > 5 for _, _, radius in points.values())
-    for label, name in ((1, "Context"), (2, "Wall")):
-        views.document.change_info(label, name=name)
-    views.blocks.show_names(True)
-    assert view_of(views).names.texts == ["Context", "Wall"]
-    views.sheet.set_layout("correct")
-    assert view_of(views).names.visible
-    assert not view_of(views, "depth-in").names.visible
-    views.blocks.show_names(False)
-    assert view_of(views).names.texts == []
 
 
 def test_missing_and_distrusted_depth_are_striped(views):

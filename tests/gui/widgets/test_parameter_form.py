@@ -113,36 +113,6 @@ def test_six_parameters_come_first_then_those_that_differ_then_all(form, name):
     assert ParameterForm(ilf.Parameters).all_button.isChecked(), "the choice is remembered"
 
 
-def test_tab_goes_down_the_form_whenever_a_row_was_made(form, qtbot):
-    form.all_button.setChecked(False)
-    form.set_parameters(PAPER.replace(padding=2.5))
-    form.all_button.setChecked(True)
-    form.setFocus()
-    passed = []
-    while not passed or form.focusWidget() is not form.all_button:
-        qtbot.keyClick(form.focusWidget(), Qt.Key.Key_Tab)
-        passed.append(form.focusWidget())
-    heights = [control.parentWidget().mapTo(form.widget(), QPoint(0, 0)).y() for control in passed[:-1]]
-    assert heights == sorted(heights), "of rows and headings"
-    assert {control.objectName() for control in passed} >= set(_shown(form))
-
-
-def test_rows_without_effect_are_hidden_and_come_back(form):
-    for parameters in (*ilf.PRESETS.values(), PAPER):
-        form.set_parameters(parameters)
-        declarations = parameters.declarations()
-        mattering = [name for name in declarations if parameters.has_effect(name)]
-        assert _shown(form) == mattering
-        assert _groups(form) == {declarations[name].group for name in mattering} | {form.all_button.text()}
-    form.findChild(QComboBox, "schedule").setCurrentText("linear")
-    assert "linear_start" in _shown(form)
-    assert "stage_step" not in _shown(form)
-    form.findChild(QComboBox, "filter").setCurrentText("edge-aware")
-    assert "smoothness" in _shown(form)
-    assert not {"schedule", "linear_start"} & set(_shown(form))
-    assert form.parameters().schedule == "linear", "what is hidden keeps its value"
-
-
 def test_dragging_a_slider_reports_every_value_and_moves_the_field(form, qtbot):
     slider = form.findChild(ValueSlider, "slider_padding")
     seen = []

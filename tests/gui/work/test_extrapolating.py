@@ -1,7 +1,6 @@
 """The run control guessing the rest: when it may, what comes of it, and how it is given up."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -126,19 +125,3 @@ def test_a_guess_waits_for_the_re_solve_under_way(bench, until):
     bench.runs.current.extrapolate()
     until(lambda: bool(bench.said))
     assert bench.document.extrapolated
-
-
-def test_what_a_guess_did_without_is_said_once(bench, until, monkeypatch):
-    bench.script.notes = ("The network is gone.",)
-    _run_with_a_gap(bench)
-
-    def noted(completion, *_):
-        yield record(1)
-        return replace(
-            completion, extrapolated=~completion.filled, notes=(*completion.notes, "Another network is gone.")
-        )
-
-    monkeypatch.setattr(runs_module, "extrapolation_steps", noted)
-    bench.runs.current.extrapolate()
-    until(lambda: bool(bench.said))
-    assert bench.said[0].endswith(" (unsupported by measurements). Another network is gone.")

@@ -105,20 +105,6 @@ def test_what_is_cancelled_is_not_asked_for_again(bench, solver, until):
     until(lambda: bench.document.changed_blocks() == [])
 
 
-@pytest.mark.parametrize("late", [False, True])
-def test_what_is_edited_during_a_run_is_solved_also_if_the_run_is_cancelled(bench, solver, until, late):
-    bench.run_all()
-    bench.script.__init__()
-    bench.runs.current.start()
-    if late:
-        bench.runs.current.cancel()
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    if not late:
-        bench.runs.current.cancel()
-    bench.script.allow()
-    until(lambda: bench.document.changed_blocks() == [])
-
-
 @pytest.mark.parametrize(
     "change",
     [
@@ -172,20 +158,6 @@ def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver,
     bench.open("second")
     bench.workspace.tell()
     assert "appears here" in line.label.text()
-
-
-def test_without_live_what_an_edit_did_is_said_after_the_next_run(
-    bench, live, solver, line, summary, until, monkeypatch
-):
-    monkeypatch.setattr(
-        "gui.features.edit_summary.summarise_edit", lambda *_: EditSummary(60, None, None, (0.04, 0.03), 99)
-    )
-    bench.run_all()
-    summary.context.actions["live"].setChecked(False)
-    bench.workspace.current.edit(_patch(bench, 2), "Paint")
-    assert not summary.busy
-    bench.runs.current.start_changed()
-    until(lambda: bench.runs.state is RunState.IDLE and "hold-out" in summary.line.label.text())
 
 
 def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solver, line, summary, until):

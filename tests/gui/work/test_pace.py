@@ -5,18 +5,11 @@ import pytest
 from gui.work.jobs import Pace
 
 
-class Clock:
-    now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 def _after(*notes: tuple[float, float]) -> Pace:
-    clock = Clock()
-    pace = Pace(clock)
+    now = 100.0
+    pace = Pace(lambda: now)
     for seconds, share in notes:
-        clock.now = 100.0 + seconds
+        now = 100.0 + seconds
         pace.note(share)
     return pace
 

@@ -34,7 +34,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeySequence,
     QMouseEvent,
-    QTransform,
     QWheelEvent,
 )
 from PySide6.QtTest import QTest
@@ -53,7 +52,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QMenu,
-    QMessageBox,
     QTabBar,
     QWidget,
 )
@@ -76,8 +74,8 @@ _MODIFIERS = {
 }
 _LEFT = Qt.MouseButton.LeftButton
 _LONGEST_S = 120.0
-_LEAVING = {"Save the work?": "Discard", "Stop the work?": "Stop", "Continue?": "Continue"}
-"""Title of the question whether to leave, now and in earlier commits -> the button that leaves."""
+_LEAVING = {"Save the work?": "Discard", "Stop the work?": "Stop"}
+"""Title of the question whether to leave -> the button that leaves."""
 _PATIENCE_MS = 600
 """Timers that wait longer are no work in progress, but for example messages that disappear."""
 _FOLDERS = {
@@ -105,7 +103,6 @@ _REPLACED: dict[tuple[Any, str], Any] = {
     (QFileDialog, "getExistingDirectory"): _answer,
     (QInputDialog, "getText"): lambda *_, **__: (_answer(), True),
     (QColorDialog, "getColor"): lambda *_, **__: QColor(*_answer()),
-    (QMessageBox, "question"): lambda *_, **__: QMessageBox.StandardButton.Yes,
     (parameters, "DRAG_S"): -1.0,
 }
 """Dialogs of the system, which would wait for a user; and no two changes are one drag, however quickly they follow."""
@@ -210,19 +207,6 @@ class Hand:
         assert action.isEnabled(), f"{name} is off: {action.toolTip()}. The log:\n{self.window.log.text.toPlainText()}"
         action.trigger()
 
-    def record_playing(self, name: str, command: str) -> None:
-        """Record what is played next into a file of this name, by a command that older windows do not have."""
-        if command in commands(self.window):
-            with self.answering(self.folder / name):
-                self.do(command)
-
-    def open_played(self) -> None:
-        """Open the frame that was played live last; older windows, which play in a dialog, do so on request."""
-        if "play_recorded" not in commands(self.window):
-            dialog = self.dialog("Play live")
-            self.press("Freeze", dialog)
-            dialog.close()
-
     def tool(self, name: str) -> None:
         """Take a tool."""
         self.do(f"tool_{name}")
@@ -265,13 +249,9 @@ class Hand:
     def _view(self) -> Any:
         return self.window.views.cells["colour"].view
 
-    def _to_screen(self) -> QTransform:
-        view = self._view()
-        return view.viewportTransform() if hasattr(view, "viewportTransform") else view.transform
-
     def _place(self, point: Point) -> QPointF:
         half = 0.5 / self._view().devicePixelRatioF()
-        return self._to_screen().map(QPointF(*point)) - QPointF(half, half)
+        return self._view().transform.map(QPointF(*point)) - QPointF(half, half)
 
     def _mouse(self, kind: QEvent.Type, point: Point, modifier: str, down: bool) -> None:
         target, at = self._view().viewport(), self._place(point)
@@ -447,12 +427,6 @@ class Hand:
         line.setText(text)
         self.press("OK", dialog)
 
-    def agree(self, title: str, button: str) -> None:
-        """Press a button of a question; before there were such, one of the system was asked and is answered by Yes."""
-        for box in QApplication.topLevelWidgets():
-            if isinstance(box, QMessageBox) and box.isVisible() and box.windowTitle() == title:
-                self.press(button, box)
-
     def write(self, text: str) -> None:
         """Type a text and Enter where the focus is, for example in a cell of a table."""
         field = QApplication.focusWidget()
@@ -471,7 +445,7 @@ class Hand:
 
     def dismiss_messages(self) -> None:
         """Remove the messages that disappear by themselves."""
-        getattr(self.window, "toasts", self.window.notes).clear()
+        self.window.notes.clear()
 
     # Waiting.
 

@@ -45,7 +45,7 @@ def presets_of_the_user(user: Hand) -> None:
         user.do("export_preset")
     user.keep("preset", user.folder / "hall.json")
     user.do("delete_preset")
-    user.agree("Delete preset", "Delete")
+    user.press("Delete", user.dialog("Delete preset"))
     with user.answering(user.folder / "hall.json"):
         user.do("import_preset")
     user.fill("Preset", "best")

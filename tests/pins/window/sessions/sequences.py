@@ -104,9 +104,8 @@ def batch(user: Hand) -> None:
     user.fill("Folder", user.folder / "done", dialog)
     user.fill("Contact sheet", True, dialog)
     user.press("Export", dialog)
-    outcomes = {"written": "completed"}
     rows = user.rows("Results of the frames", dialog)
-    user.keep("outcomes", [[frame, outcomes.get(status, status)] for frame, status, _ in rows])
+    user.keep("outcomes", [[frame, status] for frame, status, _ in rows])
     depth = sorted((user.folder / "done").rglob("depth.*"))
     for path in depth:
         user.keep(f"batch {path.relative_to(user.folder / 'done')}", path)
@@ -136,7 +135,7 @@ def frames_of_a_recording(user: Hand) -> None:
 def play_a_recording_live(user: Hand) -> None:
     """A recording and a folder, each recorded to its end, where the last frame is opened."""
     for command, source in (("play_recording", write_aligned(user.folder, "ros1")), ("play_folder", walk(user.folder))):
-        user.record_playing(command, "play_recorded")
+        with user.answering(user.folder / command):
+            user.do("play_recorded")
         with user.answering(source):
             user.do(command)
-        user.open_played()
