@@ -12,8 +12,7 @@ from unittest.mock import patch
 import numpy as np
 
 import ilf
-from ilf.completion.correction import UNCORRECTED
-from ilf.completion.correction_network import CorrectionNetwork
+from ilf.completion.correction import UNCORRECTED, CorrectionNetwork
 from ilf.evaluation.bench.frames import find_frames, load_bench_frame
 from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.runner import score

@@ -13,7 +13,7 @@ import numpy as np
 
 import ilf
 from ilf.completion.pass_band.iteration import PassBandIteration
-from ilf.data.label_map import find_blocks
+from ilf.data.blocks import find_blocks
 from tests.reference.full_grid import FullGridIteration
 
 from .measuring import timed

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ilf
-from ilf.data.label_map import enclosed
+from ilf.data.blocks import enclosed
 
 from .frame_split import SPLIT
 

@@ -191,15 +191,3 @@ def test_exports_of_another_data_set_are_proposed_beside_its_own_frames(listed, 
     for command, name in (("export_all", "export"), ("batch", "batch")):
         listed.actions_[command].trigger()
         assert feature.folder_path.text() == str(tmp_path / "run" / name)
-
-
-def test_what_comes_of_folders_of_colour_and_depth_is_proposed_beside_both(window, qtbot, frame_folder, tmp_path):
-    files = [tmp_path / "walk" / kind / "1.png" for kind in ("rgb", "depth")]
-    for name, file in zip(("rgb.png", "depth.png"), files, strict=True):
-        file.parent.mkdir(parents=True)
-        (frame_folder / name).rename(file)
-    open_frame(window, qtbot, *files)
-    feature = window.feature(ExportFeature)
-    for of_all in (True, False):
-        feature.ask(of_all)
-        assert (tmp_path / "walk") == Path(feature.folder_path.text()).parent

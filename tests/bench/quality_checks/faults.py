@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ilf.data.frame import RGBDFrame
 from ilf.data.pixel_grids import different_labels, mark
-from ilf.segmentation.edges.relief import find_relief
+from ilf.segmentation.edges.frame_edges import find_relief
 
 Labels = NDArray[np.int32]
 Mask = NDArray[np.bool_]

@@ -11,7 +11,7 @@ from ilf.data.pixel_grids import different_labels, long_lines, mark
 from ilf.evaluation.quality.checks import find_places
 from ilf.evaluation.quality.places import Place
 from ilf.evaluation.quality.remedies import find_remedy
-from ilf.segmentation.edges.relief import JUMP_LENGTH, find_relief
+from ilf.segmentation.edges.frame_edges import JUMP_LENGTH, find_relief
 
 from .faults import KINDS, Fault, Labels, Mask, make_faults, widened, with_holes
 
