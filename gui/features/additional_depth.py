@@ -12,8 +12,8 @@ import numpy as np
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
-from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import counted, grouped, millimetres
+from ilf._runtime.long_work import mapped_steps
 from ilf.completion.completion import guide_text
 from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame

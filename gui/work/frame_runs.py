@@ -13,8 +13,8 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 
-from ilf._runtime.cancellation import check_cancelled, mapped_steps
 from ilf._runtime.formatting import counted
+from ilf._runtime.long_work import check_cancelled, mapped_steps
 from ilf.completion.extrapolation import extrapolation_steps
 from ilf.data.results import NO_BLOCK, Completion, IterationRecord, Step, notes_of
 from ilf.run.run import EXTRAPOLATED, Execution, Run

@@ -12,7 +12,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from ilf._runtime.cancellation import available_cores, set_cancel_events
+from ilf._runtime.long_work import available_cores, set_cancel_events
 
 DRAIN_INTERVAL_MS = 33
 

@@ -17,9 +17,9 @@ from typing import Any, BinaryIO
 from urllib.parse import unquote, urlsplit
 
 from ..errors import CREDENTIALS, ExportError, FormatError, IlfError, InputError, one_line, told_as, without_credentials
-from .cancellation import check_cancelled
 from .files import MAX_FILE_BYTES, LimitedReader
 from .installation import optional, user_path
+from .long_work import check_cancelled
 from .writing import atomic_path
 
 _PROTOCOLS = "http", "https", "s3", "gs", "hf", "memory"

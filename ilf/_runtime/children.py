@@ -23,8 +23,8 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO, TypeVar
 
 from ..errors import FormatError, IlfError, InputError, told_as
-from .cancellation import check_cancelled, run_aside, set_cancel_events
 from .installation import child_command
+from .long_work import check_cancelled, run_aside, set_cancel_events
 from .writing import remove_temporary_files
 
 SECONDS, MEMORY = 60.0, 4 * 2**30

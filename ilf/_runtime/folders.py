@@ -13,8 +13,8 @@ from typing import BinaryIO
 
 from ..errors import ExportError, InputError, told_as
 from .addresses import RemoteFiles, cache_folder
-from .cancellation import check_cancelled
 from .files import is_address, open_file
+from .long_work import check_cancelled
 from .writing import atomic_path, ensure_folder
 
 

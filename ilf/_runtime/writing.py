@@ -23,7 +23,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import ExportError, cause, told_as
-from .cancellation import check_cancelled
+from .long_work import check_cancelled
 
 _MOVE_TIMEOUT_S = 5.0
 """Moving files within a folder takes milliseconds; a disk that does not respond is given up after this time [s]."""

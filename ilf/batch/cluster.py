@@ -8,9 +8,9 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
 from typing import Any, TypeVar
 
-from .._runtime.cancellation import available_cores
 from .._runtime.files import read_json
 from .._runtime.installation import optional
+from .._runtime.long_work import available_cores
 from .._runtime.schema import Section
 from ..errors import IlfError, InputError
 

@@ -21,8 +21,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import available_cores, not_cancelled
 from .._runtime.children import run_in_processes
+from .._runtime.long_work import available_cores, not_cancelled
 from ..completion.confidence.expected_error import error_summary, expected_error
 from ..data.results import Completion
 from ..errors import Cancelled, IlfError, InputError

@@ -13,10 +13,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import available_cores
 from .._runtime.children import run_in_processes
 from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
+from .._runtime.long_work import available_cores
 from .._runtime.writing import ensure_folder, remove, remove_empty, restore_interrupted
 from ..data.results import Completion
 from ..errors import InputError

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from .._runtime.cancellation import check_cancelled
 from .._runtime.files import open_file, parse_json
 from .._runtime.folders import Folder
 from .._runtime.installation import optional
+from .._runtime.long_work import check_cancelled
 from .._runtime.schema import plain
 from .._runtime.writing import ensure_folder, write_bytes
 from ..data.frame import RGBDFrame

@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from .._runtime.cancellation import run_to_end
 from .._runtime.formatting import counted
+from .._runtime.long_work import run_to_end
 from .._runtime.schema import plain
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame

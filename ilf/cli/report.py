@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from .._runtime.cancellation import run_to_end
+from .._runtime.long_work import run_to_end
 from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError

@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import counted
+from .._runtime.long_work import cancellable_items
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
 from ..io.ros_output import ENCODINGS_OF_ROS, StampedDepth

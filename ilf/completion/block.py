@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import Steps, available_cores, run_in_parallel
 from .._runtime.formatting import counted, grouped
+from .._runtime.long_work import Steps, available_cores, run_in_parallel
 from .._runtime.memory import release_memory
 from ..data.blocks import Block, Blocks, least_known_pixels
 from ..data.by_hand import DepthByHand

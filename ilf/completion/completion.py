@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import Steps, check_cancelled, run_beside, run_to_end
+from .._runtime.long_work import Steps, check_cancelled, run_beside, run_to_end
 from ..data import presets
 from ..data.blocks import Blocks, as_blocks, find_blocks
 from ..data.declarations import Value

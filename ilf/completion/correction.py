@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import run_beside
+from .._runtime.long_work import run_beside
 from .._runtime.memory import release_memory
 from .._runtime.networks.models import CORRECTION
 from .._runtime.networks.network import OnnxNetwork, as_input, reflected, trial_images

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled
+from .._runtime.long_work import check_cancelled
 from ..data.blocks import Block, bounds, grown, moved, within
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame

@@ -12,7 +12,7 @@ from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from .._runtime.cancellation import acquired, check_cancelled
+from .._runtime.long_work import acquired, check_cancelled
 
 _MAX_VALUES = 3
 """Maximum number of cached results per function and frame, for different parameters; the latest are kept."""

@@ -12,8 +12,8 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .._runtime.cancellation import check_cancelled
 from .._runtime.compiling import compiled, is_compiled
+from .._runtime.long_work import check_cancelled
 
 Array = NDArray[np.float32]
 Scalar = TypeVar("Scalar", bound=np.number)

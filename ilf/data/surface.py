@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.long_work import check_cancelled
 from ..errors import InputError
 from .arrays import plain_array
 from .camera import Camera

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import run_to_end
+from .._runtime.long_work import run_to_end
 
 # A camera that orbits a point of the cloud.
 

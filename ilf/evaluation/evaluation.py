@@ -11,7 +11,7 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import mapped_steps
+from .._runtime.long_work import mapped_steps
 from ..data.arrays import check_shape, plain_array
 from ..data.blocks import Box, checked_labels
 from ..data.frame import RGBDFrame, checked_frame, checked_mask

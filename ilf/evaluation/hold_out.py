@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import run_to_end
+from .._runtime.long_work import run_to_end
 from ..completion.confidence.expected_error import expected_error
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame

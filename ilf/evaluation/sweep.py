@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import run_to_end
+from .._runtime.long_work import run_to_end
 from ..data.declarations import Declaration, Value
 from ..data.parameters import Parameters, to_text
 from ..errors import InputError, ParameterError

@@ -11,9 +11,9 @@ from urllib.request import Request, urlopen
 
 from filelock import FileLock, Timeout
 
-from .._runtime.cancellation import check_cancelled
 from .._runtime.files import file_sha256
 from .._runtime.installation import __version__
+from .._runtime.long_work import check_cancelled
 from .._runtime.writing import ensure_folder, remedy
 from ..errors import ExportError, InputError, cause
 

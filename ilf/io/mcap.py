@@ -8,8 +8,8 @@ import struct
 from pathlib import Path
 from typing import Any
 
-from .._runtime.cancellation import check_cancelled
 from .._runtime.files import open_file
+from .._runtime.long_work import check_cancelled
 
 _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _DATA_END = 0x02, 0x0F

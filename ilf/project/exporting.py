@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.long_work import check_cancelled
 from .._runtime.writing import check_writable
 from ..data.blocks import labels_in
 from ..data.parameters import Parameters

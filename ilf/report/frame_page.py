@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import cancellable_items
 from .._runtime.formatting import millimetres
+from .._runtime.long_work import cancellable_items
 from ..completion.confidence.expected_error import RMS_NAME, error_summary, expected_error, summarised
 from ..data.parameters import BlockParameters
 from ..data.results import BlockResult, Completion, Status, blocks_by_message

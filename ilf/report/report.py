@@ -98,7 +98,7 @@ def report_steps(
     Examples
     --------
     >>> import numpy as np, ilf
-    >>> from ilf._runtime.cancellation import run_to_end
+    >>> from ilf._runtime.long_work import run_to_end
     >>> depth = np.full((40, 50), 2.0)
     >>> depth[10:20, 10:20] = np.nan
     >>> run = ilf.Run(ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, name="plain"), np.ones((40, 50), np.int32))

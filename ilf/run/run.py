@@ -12,8 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._runtime.cancellation import check_cancelled, mapped_steps, run_to_end
 from .._runtime.formatting import counted
+from .._runtime.long_work import check_cancelled, mapped_steps, run_to_end
 from ..completion.block import BlockTask, Watch, block_depth
 from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps

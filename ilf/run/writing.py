@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import cancellable_items, check_cancelled
 from .._runtime.files import file_sha256, read_json
 from .._runtime.formatting import counted
+from .._runtime.long_work import cancellable_items, check_cancelled
 from .._runtime.schema import PROGRAM
 from .._runtime.writing import check_writable, move_into_place, staging, write_bytes
 from ..completion.confidence.expected_error import expected_error, unsupported

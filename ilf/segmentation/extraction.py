@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.long_work import check_cancelled
 from .._runtime.memory import release_memory
 from ..data.blocks import Blocks
 from ..data.declarations import Value

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.long_work import check_cancelled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import BlockParameters

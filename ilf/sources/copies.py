@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from .._runtime.addresses import Address, RemoteFiles, cache_folder
-from .._runtime.cancellation import check_cancelled
 from .._runtime.files import is_address, reading_through
 from .._runtime.installation import optional
+from .._runtime.long_work import check_cancelled
 from .._runtime.writing import ensure_folder, left_in, remove, removed_on_exit, temporary_name, write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, IlfError, InputError, told_as

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import check_cancelled, run_to_end
 from .._runtime.formatting import counted
+from .._runtime.long_work import check_cancelled, run_to_end
 from ..data.camera import Camera
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.neighbours import Neighbour, NeighbourDepth, agrees, beside_jumps

@@ -11,8 +11,8 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import not_cancelled
 from .._runtime.children import MEMORY, Child, end, release, run_in_child
+from .._runtime.long_work import not_cancelled
 from ..data.camera import Cameras
 from ..errors import IlfError
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics

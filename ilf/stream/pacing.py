@@ -11,7 +11,7 @@ from contextlib import suppress
 from itertools import pairwise
 from typing import TypeVar
 
-from .._runtime.cancellation import check_cancelled
+from .._runtime.long_work import check_cancelled
 
 T = TypeVar("T")
 

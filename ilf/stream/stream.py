@@ -17,7 +17,7 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._runtime.cancellation import cancelled_by, short_switches
+from .._runtime.long_work import cancelled_by, short_switches
 from ..completion.block import BlockTask, filter_steps
 from ..completion.correction import applied_change, needs_correction, unapplied_change
 from ..data.blocks import Blocks, find_blocks

@@ -12,7 +12,7 @@ from gui.base.commands import why_not
 from gui.features.sequence.playing import PlayFeature
 from gui.features.status import StatusFeature
 from gui.work.jobs import stop_workers
-from ilf._runtime.cancellation import check_cancelled
+from ilf._runtime.long_work import check_cancelled
 from ilf.errors import InputError
 from ilf.sources.realsense import load_realsense
 

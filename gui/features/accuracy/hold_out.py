@@ -10,8 +10,8 @@ from datetime import datetime
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QListWidget, QListWidgetItem, QWidget
 
-from ilf._runtime.cancellation import mapped_steps
 from ilf._runtime.formatting import UNKNOWN, counted
+from ilf._runtime.long_work import mapped_steps
 from ilf.data.parameters import PRESETS
 from ilf.data.presets import list_presets
 from ilf.evaluation.evaluation import Evaluation

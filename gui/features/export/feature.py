@@ -23,9 +23,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ilf._runtime.cancellation import available_cores
 from ilf._runtime.files import is_address
 from ilf._runtime.formatting import counted
+from ilf._runtime.long_work import available_cores
 from ilf.batch.pictures import write_contact_sheet, write_video
 from ilf.batch.settings import some
 from ilf.data.results import Completion

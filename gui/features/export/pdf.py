@@ -15,8 +15,8 @@ from PySide6.QtGui import (
     QTextFormat,
 )
 
-from ilf._runtime.cancellation import check_cancelled
 from ilf._runtime.installation import __version__
+from ilf._runtime.long_work import check_cancelled
 from ilf.report.report import Report
 from ilf.report.templates import render
 

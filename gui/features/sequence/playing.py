@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from ilf._runtime.cancellation import acquired
 from ilf._runtime.formatting import counted
+from ilf._runtime.long_work import acquired
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import Parameters
 from ilf.errors import IlfError

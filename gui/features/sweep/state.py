@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, Qt
 
-from ilf._runtime.cancellation import mapped_steps
+from ilf._runtime.long_work import mapped_steps
 from ilf.data.blocks import Box, grown
 from ilf.data.declarations import Value
 from ilf.data.parameters import Parameters

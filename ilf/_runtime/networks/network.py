@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FormatError, IlfError, InputError, InstallationError, told_as
-from ..cancellation import run_aside
 from ..files import read_file
 from ..installation import asset_path
+from ..long_work import run_aside
 from ..memory import MIN_PIXELS_TO_RELEASE, memory_limit
 
 Answer = TypeVar("Answer")

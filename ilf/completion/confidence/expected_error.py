@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import acquired, check_cancelled, run_beside
+from ..._runtime.long_work import acquired, check_cancelled, run_beside
 from ..._runtime.memory import release_memory
 from ...data.arrays import plain_array
 from ...data.blocks import SPARSE

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import compiled
+from ..._runtime.long_work import check_cancelled
 from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame

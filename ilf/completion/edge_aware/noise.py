@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 
 Grid = tuple[int, int]
 Real = NDArray[np.floating]

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_cancelled
 from ..._runtime.compiling import compiled, inner
+from ..._runtime.long_work import check_cancelled
 from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 from ...data.arrays import check_shape
 from ...data.blocks import Box, checked_labels, find_blocks
 from ...data.frame import RGBDFrame

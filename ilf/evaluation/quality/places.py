@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import find_objects
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 from ...data.blocks import Box, nearest_of_block
 from ...data.frame import RGBDFrame
 from ...data.pixel_grids import connected_regions, different_labels, mark

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_cancelled
 from ..._runtime.formatting import grouped
+from ..._runtime.long_work import check_cancelled
 from ...completion.continuation import continue_plane
 from ...data.blocks import checked_labels, grown
 from ...data.frame import RGBDFrame

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._runtime.cancellation import check_cancelled, run_beside
+from ..._runtime.long_work import check_cancelled, run_beside
 from ..._runtime.networks.models import BUNDLED
 from ...data.arrays import without_mask
 from ...data.frame import RGBDFrame

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 from ...data.blocks import nearest_of_block
 from ...data.frame import RGBDFrame
 from ...data.pixel_grids import connected_regions, nearest_values

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._runtime.cancellation import check_cancelled
+from ..._runtime.long_work import check_cancelled
 from ...data.arrays import check_shape
 from ...data.blocks import checked_drawn, checked_labels, labels_in
 from ...data.camera import checked_transform

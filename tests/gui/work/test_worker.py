@@ -7,7 +7,7 @@ import weakref
 import pytest
 
 from gui.work.jobs import Order, Worker
-from ilf._runtime.cancellation import check_cancelled
+from ilf._runtime.long_work import check_cancelled
 
 
 @pytest.fixture

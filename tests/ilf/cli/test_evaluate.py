@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.installation import asset_path
+from ilf._runtime.long_work import run_to_end
 from ilf.cli import main
 from ilf.cli.output import completion_record, completion_report, errors_of
 from ilf.data.parameters import BlockParameters

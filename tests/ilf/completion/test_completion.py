@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import run_in_parallel
 from ilf._runtime.formatting import counted
+from ilf._runtime.long_work import run_in_parallel
 from ilf.completion.block import BlockTask, required_known_pixels
 from ilf.completion.pass_band.iteration import PassBandIteration
 from ilf.data.results import Status, compose
@@ -241,7 +241,7 @@ def patchwork(small_frame):
 
 @pytest.mark.parametrize("threads", [3, 20])
 def test_results_do_not_depend_on_the_number_of_threads(patchwork, monkeypatch, threads):
-    monkeypatch.setattr("ilf._runtime.cancellation.SLICE_S", 0.0005)
+    monkeypatch.setattr("ilf._runtime.long_work.SLICE_S", 0.0005)
     frame, labels = patchwork
     parameters = ilf.preset(max_iterations=60, mode="fill+denoise")
     alone = ilf.complete(frame, labels, parameters, threads=1)

@@ -9,8 +9,8 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import spsolve
 
 import ilf
-from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
+from ilf._runtime.long_work import cancelled_by
 from ilf._runtime.networks.models import CORRECTION
 from ilf.completion.block import BlockTask, is_guided
 from ilf.completion.correction import (

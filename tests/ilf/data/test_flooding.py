@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from skimage.segmentation import watershed
 
 from ilf._runtime import compiling
-from ilf._runtime.cancellation import cancelled_by
+from ilf._runtime.long_work import cancelled_by
 from ilf.data import pixel_grids
 from ilf.data.pixel_grids import flood
 from ilf.errors import Cancelled

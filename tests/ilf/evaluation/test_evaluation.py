@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import run_to_end
+from ilf._runtime.long_work import run_to_end
 from ilf.errors import InputError, ParameterError
 from ilf.evaluation.bench.runner import sparsification_error
 from ilf.evaluation.evaluation import Evaluation, Progress, evaluate, evaluate_blocks, share_within

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import cancelled_by
+from ilf._runtime.long_work import cancelled_by
 from ilf._runtime.networks.network import Session
 from ilf.cli import main
 from ilf.data.guide import GuideCard

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf._runtime.cancellation import cancelled_by
+from ilf._runtime.long_work import cancelled_by
 from ilf.cli import main
 from ilf.project.exporting import ExportStatus, FrameToExport, export_frames
 from ilf.project.file import save_project

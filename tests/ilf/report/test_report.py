@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 import ilf
-from ilf._runtime.cancellation import run_to_end
 from ilf._runtime.formatting import millimetres
+from ilf._runtime.long_work import run_to_end
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.blocks import BlockInfo, Blocks

@@ -6,7 +6,7 @@ import pytest
 
 import ilf
 from ilf._runtime import writing as being_written
-from ilf._runtime.cancellation import (
+from ilf._runtime.long_work import (
     acquired,
     cancelled_by,
     check_cancelled,

@@ -18,8 +18,8 @@ import pytest
 
 import ilf
 from ilf._runtime.addresses import RemoteFiles
-from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.folders import folder_at
+from ilf._runtime.long_work import cancelled_by
 from ilf._runtime.networks import network
 from ilf.cli import main
 from ilf.errors import Cancelled, FormatError, InputError

@@ -11,8 +11,8 @@ import numpy as np
 import onnxruntime
 import pytest
 
-from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
+from ilf._runtime.long_work import cancelled_by
 from ilf._runtime.networks.network import RefusedInputError, Session
 from ilf.errors import Cancelled, InputError, InstallationError
 from ilf.segmentation.edges.detectors import EdgeNetwork

@@ -13,8 +13,8 @@ import pytest
 
 import ilf
 from ilf._runtime.addresses import RemoteFiles, without_credentials
-from ilf._runtime.cancellation import cancelled_by
 from ilf._runtime.installation import asset_path
+from ilf._runtime.long_work import cancelled_by
 from ilf.cli import main
 from ilf.errors import Cancelled, FormatError, InputError
 from ilf.sources.opening import close_all

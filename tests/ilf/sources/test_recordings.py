@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import ilf
-from ilf._runtime.cancellation import cancelled_by
+from ilf._runtime.long_work import cancelled_by
 from ilf.errors import Cancelled, FormatError, InputError, ParameterError
 from ilf.io.rvl import read_rvl
 from ilf.sources.opening import close_all
