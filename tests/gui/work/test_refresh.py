@@ -30,6 +30,8 @@ class _Bench:
         self.refresh.add("first", self._note("first"), Part.LABELS, also=also)
         self.refresh.add("second", self._note("second"), Part.LABELS, Part.PREVIEWS, also=(source.urgent,))
         self.refresh.add("third", self._note("third"), NO_PART, Part.RECORDS)
+        self.refresh.now()  # for the first time
+        self.drawn.clear()
 
     def change(self, part: Part) -> None:
         """Change a part of the state, and tell of it."""
