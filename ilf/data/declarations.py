@@ -313,6 +313,6 @@ def _range_and_default(declaration: Declaration) -> str:
 
 def to_text(value: object) -> str:
     """Format a value as text."""
-    if isinstance(value, tuple):
-        return ",".join(value) or "none"
+    if value is None or isinstance(value, tuple):
+        return ",".join(value or ()) or "none"
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
