@@ -245,7 +245,7 @@ def _complete(sink: Sink, arguments: argparse.Namespace, summary: BatchSummary) 
 _MAX_LISTED = 5
 """Maximum number of damaged files listed on the terminal."""
 
-_ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "no_expected_error", "contact_sheet", "video"
+_ONLY_FOLDERS = "static_camera", "neighbours", "rerun_changed", "ExportOptions.expected_error", "contact_sheet", "video"
 """Flags of batches with a folder for each frame."""
 
 

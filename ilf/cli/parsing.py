@@ -285,9 +285,6 @@ def add_parameter(
     how: dict[str, Any] = {"help": about.replace("%", "%%"), **dest}
     if declaration.or_none:
         group = group.add_mutually_exclusive_group()
-        if declaration.default is not None:
-            none = flag.replace("--", "--no-", 1)
-            group.add_argument(none, action="store_const", const=None, help="write none", **dest)
     if kind is bool:
         how["action"] = argparse.BooleanOptionalAction
     elif kind is str and choices:
@@ -295,6 +292,9 @@ def add_parameter(
     else:
         how |= {"type": _reader(declaration), "metavar": "LIST" if kind is tuple else "TEXT" if kind is str else "N"}
     group.add_argument(flag, **how)
+    if declaration.or_none and declaration.default is not None:
+        none = flag.replace("--", "--no-", 1)
+        group.add_argument(none, action="store_const", const=None, help=f"Write no {name}.", **dest)
 
 
 def given_parameters(arguments: argparse.Namespace, kind: type[ParameterSet]) -> dict[str, Any]:
@@ -348,6 +348,8 @@ def _help(declaration: Declaration, presets: Mapping[str, ParameterSet], base: P
     usual, facts = getattr(base, declaration.name), []
     if declaration.minimum is not None and declaration.maximum is not None:
         facts.append(f"{declaration.minimum:g} to {declaration.maximum:g} {declaration.unit}".rstrip())
+    if declaration.kind is tuple:
+        facts.append(f"any of {','.join(declaration.choices)}")
     facts.append(f"default {declaration.to_text(usual)}")
     values = {preset: getattr(parameters, declaration.name) for preset, parameters in presets.items()}
     facts += [f"in {preset} {declaration.to_text(value)}" for preset, value in values.items() if value != usual]
@@ -398,8 +400,8 @@ def export_options(arguments: argparse.Namespace, *, with_files: bool = False) -
 
 
 def geometry_flags(arguments: argparse.Namespace) -> list[str]:
-    """Return the given flags of point cloud and mesh, except --no-cloud."""
+    """Return the given flags of point cloud and mesh, except those that leave something out."""
     given = given_parameters(arguments, ExportOptions)
     about = ExportOptions.declarations()
-    chosen = [name for name, value in given.items() if about[name].group == SPACE and value is not None]
+    chosen = [name for name, value in given.items() if about[name].group == SPACE and value]
     return [arguments.given[_destination(ExportOptions, name)] for name in chosen]

@@ -111,15 +111,16 @@ class Declaration:
 
     def checked(self, value: object) -> Any:
         """Return `value` in the parameter's type; raise ParameterError if it is of another type or out of range."""
+        choices = tuple(self.choices)  # in which what no mapping takes can be looked up, too
         if self.kind is tuple:
-            if isinstance(value, str) or not isinstance(value, Collection) or not set(value) <= set(self.choices):
-                raise self._refusal(f"any of {', '.join(self.choices)}", value)
+            if isinstance(value, str) or not isinstance(value, Collection) or any(one not in choices for one in value):
+                raise self._refusal(f"any of {', '.join(choices)}", value)
             return tuple(dict.fromkeys(value))
         if self.or_none and value is None:
             return None
-        if self.choices:
-            if value not in self.choices:
-                raise self._refusal(f"one of {', '.join(self.choices)}", value)
+        if choices:
+            if value not in choices:
+                raise self._refusal(f"one of {', '.join(choices)}", value)
             return str(value)
         if self.kind is str:
             if not isinstance(value, str) or not 1 <= len(value) <= _LONGEST_TEXT:
@@ -313,6 +314,6 @@ def _range_and_default(declaration: Declaration) -> str:
 
 def to_text(value: object) -> str:
     """Format a value as text."""
-    if isinstance(value, tuple):
-        return ",".join(value) or "none"
+    if value is None or isinstance(value, tuple):
+        return ",".join(value or ()) or "none"
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)

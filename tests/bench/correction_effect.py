@@ -29,7 +29,7 @@ def main() -> None:
     arguments = parser.parse_args()
     network = arguments.network and CorrectionNetwork.load(arguments.network)
     ratios = []
-    with patch("ilf.completion.correction.load_correction_network", lambda: network) if network else patch.dict({}):
+    with patch.object(CorrectionNetwork, "bundled", lambda: network) if network else patch.dict({}):
         for folder in find_frames(arguments.frames):
             source = load_bench_frame(folder)
             for seed in arguments.seeds:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from ilf._runtime.installation import asset_path
 from tests.ilf.small_sequences import write_sequence
 from tests.ilf.two_cameras import write_pair
 
@@ -16,7 +17,7 @@ from .samples import scaled, write_sample
 
 QUICK = (
     ("blocks", "FRAME --methods canny,felzenszwalb", "purity"),
-    ("correction_effect", "FRAME --seeds 1", "geometric mean: RMSE"),
+    ("correction_effect", "FRAME --seeds 1 --network NETWORK", "geometric mean: RMSE"),
     ("denoising", "--scenes STRAIGHT --methods input,median", "cylinder, 6.5 mm: all (230,400 pixels)"),
     ("faults", "--only preset --every 5", "preset"),
     ("frame_split", "choosing FRAMES", "nyu_0433"),
@@ -60,6 +61,7 @@ def data(tmp_path):
         "FRAMES": str(tmp_path),
         "SEQUENCE": str(write_sequence(tmp_path / "sequence")),
         "WHOLE": str(whole),
+        "NETWORK": str(asset_path("models/correction.onnx")),
         "PAIR:1": f"{pair}:1",
         "CAMERA_TESTS": "tests/ilf/data/test_camera.py",
         "STRAIGHT": "cylinder, 6.5 mm",

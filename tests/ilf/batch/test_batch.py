@@ -250,6 +250,7 @@ def test_previews_share_their_colours(source, tmp_path, begun):
         ("SOURCE --shards OUT --keep depth,normals", "--keep takes depth", 2),
         ("SOURCE --shards OUT --depth-formats png,npy", "one format, png or npy", 2),
         ("SOURCE --shards OUT --mesh ply --video", "--video, --mesh cannot be combined with --shards", 2),
+        ("SOURCE --shards OUT --no-expected-error", "--no-expected-error cannot be combined with --shards", 2),
         ("SOURCE --shards OUT --verify", "--verify needs no SOURCE", 2),
         ("SOURCE --shards OUT --frames 7:", "numbered from 0 to 2", 1),
         ("--shards OUT --verify", "contains no shards", 1),

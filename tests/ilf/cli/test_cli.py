@@ -286,6 +286,12 @@ def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(com
     assert [flag in text for flag in flags] == [extracts] * len(flags)
 
 
+def test_the_help_has_what_can_be_given_and_what_is_used_otherwise(cli):
+    text = " ".join(cli("complete", "--help").out.split())
+    for part in ("[any of png,tiff,npy; default png,npy]", "--no-cloud Write no cloud.", "y up. [default none]"):
+        assert part in text
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
@@ -506,6 +512,7 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("complete a b --mesh plyy", "argument --mesh: 'plyy' is not a choice. Did you mean ply?"),
         ("complete a b --mesh stl", "argument --mesh: 'stl' is not a choice. Choose from glb, ply, obj."),
         ("complete a b --no-cloud --axes camera", "--no-cloud contradicts --axes: leave it out, or add --mesh."),
+        ("complete a b --no-cloud --normals --no-drop-flying", "--no-cloud contradicts --normals: leave it out"),
         ("complete a b --no-cloud --cloud ply", "--cloud: not allowed with argument --no-cloud"),
         ("complete a b --blocks c.png --blocks-dilation 2", "With --blocks nothing is extracted"),
         ("complete a b --fill-gaps", "--fill-gaps has no effect alone: add --blocks."),

@@ -50,6 +50,7 @@ def test_presets_are_the_papers_and_the_released_codes():
         ({"rgb_iteration": 3}, "Did you mean rgb_iterations"),
         ({"colour": 3}, "no parameter 'colour'"),
         ({"mode": "magic"}, "one of fill, fill\\+denoise"),
+        ({"mode": ["fill"]}, "one of fill, fill\\+denoise"),
         ({"max_iterations": 0}, "between 1 and"),
         ({"max_iterations": 2.5}, "an integer"),
         ({"s_criteria": float("nan")}, "finite"),

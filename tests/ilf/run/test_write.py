@@ -254,6 +254,7 @@ def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
     "wrong",
     [
         *({"depth_formats": ("jpg",)}, {"cloud": "obj"}, {"mesh": "stl"}, {"axes": "z"}, {"cloud_unit": "in"}),
+        *({"depth_formats": "png"}, {"depth_formats": [["png"]]}, {"cloud": ["ply"]}),
         *({"depth_units": units} for units in (0.0, -1000.0, float("nan"), float("inf"))),
     ],
 )
