@@ -298,10 +298,7 @@ class ViewData:
         present = [
             kept for kept in newest if all(kept.results.get(label) is result for label, result in results.items())
         ]
-        earlier = next((kept for kept in newest if kept not in present), None)
-        if earlier is not self.earlier:
-            self._earlier_completion = None
-        self.runs, self.earlier = document.compared, earlier
+        self.runs, self.earlier = document.compared, next((kept for kept in newest if kept not in present), None)
         self.result_number = present[0].number if present and results else 0
         self._run_labels = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
@@ -372,7 +369,7 @@ class ViewData:
             return None
         completion = run.completion
         if depth == EARLIER:
-            self._earlier_completion = completion
+            self._earlier_completion = completion  # keeps it from being composed again every time
         return MarkedDepth(completion.depth, _any(completion.extrapolated))
 
     def swiped(self, column: int) -> MarkedDepth | None:
