@@ -23,7 +23,7 @@ from ..views.interaction import PointerEvent, PointerKind, Preview
 from ..views.linked_views import LinkedViews
 from ..work.latest_request import LatestRequest
 from .base import EdgeData, Result, Tool, ToolOptions
-from .kinds import KINDS, make_tools
+from .kinds import KINDS, Tools
 
 
 class Editor(QObject):
@@ -58,7 +58,7 @@ class Editor(QObject):
         self._edges_of: tuple[Document, BlockParameters] | None = None
         """Whose edges `_edge_data` are, or will be."""
         self._jobs = LatestRequest(self, self._take_error)
-        self.tools = make_tools()
+        self.tools = Tools()
         self.options = ToolOptions()
         self.tool_name = "select"
         """The name of the active tool; `set_tool` sets it."""

@@ -65,6 +65,9 @@ KINDS = (
 )
 
 
-def make_tools() -> dict[str, Tool]:
-    """Return one tool of each kind by its name."""
-    return {kind.name: kind.make() for kind in KINDS}
+class Tools(dict[str, Tool]):
+    """One tool of each kind by its name, made when it is first taken."""
+
+    def __missing__(self, name: str) -> Tool:
+        self[name] = made = next(kind for kind in KINDS if kind.name == name).make()
+        return made

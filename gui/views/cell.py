@@ -91,7 +91,11 @@ class Cell(QWidget):
         self.strip.set_legend([*self._stripe_legend, *legend])
 
     def show_stripes(self) -> None:
-        """Set what is striped over the picture, drawn with the lines of all views, and its legend."""
+        """Set what is striped over the picture, drawn with the lines of all views, and its legend, at once or when the
+        cell becomes visible."""
+        self._needs_draw |= not self.isVisible()
+        if self._needs_draw:
+            return
         self.view.stripe(striped(self._data, self.concrete))
         styles = [(name, STYLES[name]) for name in self.view.striped]
         patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
@@ -133,6 +137,7 @@ class Cell(QWidget):
         super().showEvent(event)
         if self._needs_draw:
             self.draw_again()
+            self.show_stripes()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -299,8 +299,6 @@ class ViewData:
             kept for kept in newest if all(kept.results.get(label) is result for label, result in results.items())
         ]
         self.runs, self.earlier = document.compared, next((kept for kept in newest if kept not in present), None)
-        # keeps it from being composed again every time
-        self._earlier_completion = None if self.earlier is None else self.earlier.completion
         self.result_number = present[0].number if present and results else 0
         self._run_labels = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):
@@ -367,7 +365,12 @@ class ViewData:
         if depth in plain:
             return _plain(plain[depth])
         run = self.run(depth)
-        return None if run is None else MarkedDepth(run.completion.depth, _any(run.completion.extrapolated))
+        if run is None:
+            return None
+        completion = run.completion
+        if depth == EARLIER:
+            self._earlier_completion = completion  # keeps it from being composed again every time
+        return MarkedDepth(completion.depth, _any(completion.extrapolated))
 
     def swiped(self, column: int) -> MarkedDepth | None:
         """Depth of side A left of a column and of side B from there on; None if one of them is missing."""
@@ -438,12 +441,16 @@ class ViewData:
     def comparable(self) -> list[str]:
         """Depths available for comparison, including the result."""
         there = {"depth-in", "result", INTERPOLATED}
-        return [depth for depth in COMPARABLE if depth in there or self.depth(depth) is not None]
+        return [depth for depth in COMPARABLE if depth in there or self._is_there(depth)]
 
     def _other(self, depths: tuple[str, ...], otherwise: str, than: str) -> str:
         """The first available one of some depths that is another one than `than`."""
-        there = (depth for depth in depths if self.depth(depth) is not None and not self.is_same(depth, than))
+        there = (depth for depth in depths if self._is_there(depth) and not self.is_same(depth, than))
         return next(there, otherwise)
+
+    def _is_there(self, depth: str) -> bool:
+        """Whether depth is available; that of a run is not composed for the answer."""
+        return self.run(depth) is not None or self.depth(depth) is not None
 
 
 def _plain(depth: Depth | None) -> MarkedDepth | None:

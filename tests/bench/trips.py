@@ -120,8 +120,9 @@ def in_window(recorder: Recorder, trip: str) -> None:
         else:
             paint_across(window, label)
         wait(lambda: news)
-    wait(lambda: settled(window))
-    pause(300)
+    for _ in range(2):  # the run history, for example, begins when nothing has happened for a moment
+        wait(lambda: settled(window))
+        pause(500)
     recorder.stop()
     end(window)
 

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QTimer
 
 from gui.app.main_window import MainWindow
+from gui.features.edit_summary import EditSummaryFeature
 from gui.features.expected_error import ErrorFeature
 from gui.work.frame_runs import RunState
 from ilf.segmentation.editing.painting import brush_stroke, paint
@@ -66,8 +67,9 @@ def open_frame(window: MainWindow, folder: Path) -> None:
 
 
 def settled(window: MainWindow) -> bool:
-    """Return whether no run and no expected error is in progress."""
-    return window.runs.state is RunState.IDLE and not window.feature(ErrorFeature).busy
+    """Return whether no run, no expected error and no summary of an edit is in progress."""
+    busy = any(window.feature(kind).busy for kind in (ErrorFeature, EditSummaryFeature))
+    return window.runs.state is RunState.IDLE and not busy
 
 
 def paint_across(window: MainWindow, label: int) -> None:

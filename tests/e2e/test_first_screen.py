@@ -61,6 +61,7 @@ def test_a_new_tool_is_one_record(qtbot, monkeypatch):
         monkeypatch.setattr(f"{module}.KINDS", (*kinds.KINDS[:-3], new, *kinds.KINDS[-3:]))
     window = MainWindow(persistent=False)
     qtbot.addWidget(window)
+    assert list(window.editor.tools) == ["select"], "others are made when they are first taken"
     assert isinstance(window.editor.tools["wand"], WandTool)
     assert window.actions_["tool_wand"].toolTip() == "<b>Wand (Q)</b><br>Do magic"
     window.close()

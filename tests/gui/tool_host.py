@@ -9,7 +9,7 @@ import ilf
 from gui.state.document import Document
 from gui.state.workspace import Workspace
 from gui.tools.base import EdgeData, Point, Result, Tool, ToolOptions
-from gui.tools.kinds import make_tools
+from gui.tools.kinds import Tools
 from gui.views.interaction import PointerEvent, PointerKind, Preview
 from ilf.errors import InputError
 from ilf.segmentation.editing.patches import LabelPatch
@@ -127,4 +127,4 @@ class Hand:
 
 def hand(host: ToolHost, name: str) -> Hand:
     """A hand with a tool."""
-    return Hand(make_tools()[name], host)
+    return Hand(Tools()[name], host)

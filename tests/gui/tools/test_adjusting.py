@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from gui.tools.kinds import make_tools
+from gui.tools.kinds import Tools
 from gui.views.interaction import PointerKind
 
 from ..tool_host import Hand, ToolHost
 
 
 def hand(host, name):
-    made = Hand(make_tools()[name], host)
+    made = Hand(Tools()[name], host)
     host.workspace.about_to_change.connect(lambda: made.tool.cancel(host))
     return made
 

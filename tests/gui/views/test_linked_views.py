@@ -318,6 +318,17 @@ def test_missing_and_distrusted_depth_are_striped(views):
     assert view.shown[35, 40] > 0
 
 
+def test_a_hidden_view_has_its_stripes_once_it_is_shown(views):
+    cell, mask = views.cells["depth-in"], np.zeros((HEIGHT, WIDTH), bool)
+    mask[30:40, 30:50] = True
+    cell.hide()
+    views.give(depth=np.full((HEIGHT, WIDTH), 2.0, np.float32))
+    views.give(invalid_mask=mask)
+    assert not cell.view.striped, "nobody sees them"
+    cell.show()
+    np.testing.assert_array_equal(cell.view.striped["invalid"], mask)
+
+
 def test_invalid_depth_of_a_played_frame_is_striped(views):
     invalid, played = np.zeros((HEIGHT, WIDTH), bool), views.data.frame
     invalid[30:40, 30:50] = True
