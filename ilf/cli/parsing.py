@@ -364,7 +364,7 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
     usual = ExportOptions()
     for name in ExportOptions.declarations():
         add_parameter(group, usual, name)
-    formats = ", ".join(f"{name} ({format.title})" for name, format in FORMATS.items())
+    formats = ", ".join(f"{name} ({format})" for name, format in FORMATS.items())
     declared = f"""
         --export FORMAT ...  also write a file for another program; can be repeated: {formats}. `ilf complete` also
             takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
