@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -78,49 +79,32 @@ def left_out(colours: int, depths: int, condition: str) -> list[str]:
 def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:
     """Greedily pair the nearest times of two sorted lists, then the nearest of the rest, and so on.
 
-    The nearest pair are neighbours among all times that are left, so only neighbours are compared.
+    Every row waits with its nearest free column; one whose column was taken meanwhile waits again.
     """
-    order = sorted([(time, 0, row) for row, time in enumerate(rows)] + [(time, 1, i) for i, time in enumerate(columns)])
-    before, after = list(range(-1, len(order) - 1)), [*range(1, len(order)), -1]
-    waiting: list[tuple[float, int, int, int, int]] = []
+    free = [(time, column) for column, time in enumerate(columns)]
+    waiting: list[tuple[float, int, int]] = []
+    found: dict[int, int] = {}
 
-    def queue_pair(left: int, right: int) -> None:
-        """Queue two neighbours as a pair if they are of different lists and near enough."""
-        if left < 0 or right < 0:
-            return
-        (time, kind, one), (later, other_kind, other) = order[left], order[right]
-        if kind != other_kind and later - time <= max_gap:
-            row, column = (one, other) if kind == 0 else (other, one)
-            heapq.heappush(waiting, (later - time, row, column, left, right))
+    def wait(row: int) -> None:
+        time = rows[row]
+        after = bisect_left(free, (time,))
+        before = bisect_left(free, free[after - 1][:1]) if after else after  # the first of equal times
+        near = [
+            (abs(there - time), row, column) for there, column in (*free[before : before + 1], *free[after : after + 1])
+        ]
+        if near and min(near)[0] <= max_gap:
+            heapq.heappush(waiting, min(near))
 
-    def first_equal(place: int) -> int:
-        """The first remaining entry with the same time in the same list."""
-        while before[place] >= 0 and order[before[place]][:2] == order[place][:2]:
-            place = before[place]
-        return place
-
-    def remove(place: int) -> None:
-        left, right = before[place], after[place]
-        if left >= 0:
-            after[left] = right
-        if right >= 0:
-            before[right] = left
-        removed.add(place)
-        queue_pair(left, right)
-
-    removed: set[int] = set()
-    found = []
-    for place in range(len(order) - 1):
-        queue_pair(place, place + 1)
+    for row in range(len(rows)):
+        wait(row)
     while waiting:
-        *_, left, right = heapq.heappop(waiting)
-        if left in removed or right in removed:
-            continue
-        pair = sorted((first_equal(left), first_equal(right)), key=lambda place: order[place][1])
-        found.append((order[pair[0]][2], order[pair[1]][2]))
-        for place in pair:
-            remove(place)
-    return found
+        _, row, column = heapq.heappop(waiting)
+        if column in found:
+            wait(row)
+        else:
+            found[column] = row
+            del free[bisect_left(free, (columns[column], column))]
+    return [(row, column) for column, row in found.items()]
 
 
 # Pairing the images of two streams by their time stamps.
