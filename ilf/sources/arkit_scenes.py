@@ -16,8 +16,8 @@ from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
+from .pairing import TimedPairs
 from .recording import PairedRecording, RecordedFrame, confidence_beside
-from .times import TimedPairs
 from .trajectories import checked_pose
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"

@@ -18,8 +18,8 @@ from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5
 from ..io.images import read_colour
+from .pairing import TimedPairs
 from .recording import PairedRecording, RecordedFrame, Recording, sha256_of
-from .times import TimedPairs
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
