@@ -59,9 +59,6 @@ class ARKitScenes(PairedRecording):
             confidence=confidence_beside(self.path / _CONFIDENCE / depth.path.name, values.shape),
         )
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.at(key)[0])
-
     def cameras(self, key: str) -> Cameras:
         headers = [image_header(file, file.data.tobytes()) for file in map(read_file, self.at(key))]
         size, depth_size = ((header.width, header.height) for header in headers)

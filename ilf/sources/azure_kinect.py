@@ -140,9 +140,6 @@ class AzureKinect(PairedRecording):
             depth_view=self._illuminated(depth_stamp),
         )
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return self._decoded(self._packet(self._colour, self.at(key)[0]))
-
     def _values(self, packet: Any) -> NDArray[np.uint16]:
         """Values of a depth or infrared packet."""
         width, height = packet.stream.codec_context.width, packet.stream.codec_context.height

@@ -137,8 +137,5 @@ class NyuRawFolder(PairedRecording):
         hashes, time = (colour.sha256, depth.sha256), float(key.split("-")[1])
         return RecordedFrame(read_colour(colour), read_depth_values(depth), *hashes, "nyu-raw", time=time)
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.path / self.at(key)[0])
-
     def cameras(self, key: str) -> Cameras:
         return NYU_CAMERAS
