@@ -37,9 +37,8 @@ from ilf.completion.confidence.model import (
 )
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError, InputError
-from ilf.evaluation.bench.frames import find_frames, load_bench_frame
+from ilf.evaluation.bench.frames import PATTERNS, Task, find_frames, load_bench_frame, make_task
 from ilf.evaluation.bench.methods import BY_BLOCKS, METHODS
-from ilf.evaluation.bench.patterns import PATTERNS, Task, make_task
 from ilf.evaluation.bench.results import CALIBRATED
 from ilf.evaluation.bench.runner import sparsification_error
 from ilf.evaluation.evaluation import share_within

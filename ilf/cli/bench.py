@@ -13,9 +13,8 @@ from .._runtime.formatting import counted
 from .._runtime.installation import __version__
 from .._runtime.schema import PROGRAM
 from ..errors import InputError
-from ..evaluation.bench.frames import find_frames, parse_names
+from ..evaluation.bench.frames import PATTERNS, find_frames, parse_names
 from ..evaluation.bench.methods import GROUPS, METHODS
-from ..evaluation.bench.patterns import PATTERNS
 from ..evaluation.bench.results import Line, Skipped, content, summarise
 from ..evaluation.bench.runner import run_bench
 from ..io.tables import write_csv

@@ -15,21 +15,8 @@ from ..run.run import Run
 from ..run.writing import check_not_an_input, check_write, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
+from . import parsing
 from .output import completed, completion_record, completion_report, errors_of, print_json, shows_progress, warn
-from .parsing import (
-    add_export_options,
-    add_frame,
-    add_given_blocks,
-    add_settings,
-    add_shared,
-    export_options,
-    frame_from,
-    geometry_flags,
-    given_exports,
-    given_parameters,
-    preset_from,
-    settings_from,
-)
 from .usage import Parser, UsageError, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
@@ -48,19 +35,19 @@ def add_arguments(parser: Parser) -> None:
     parser.usage = _USAGE
     parser.description = "Extract the blocks of a frame, complete their depth, and write the results."
     declare(parser, "--replay run.json  replay a recorded run with the record's settings")
-    add_frame(parser)
+    parsing.add_frame(parser)
     measured = parser.add_argument_group("measured depth")
-    add_shared(measured, "--strict", "--invalid-mask", "--neighbours", "--neighbour-step")
+    parsing.add_shared(measured, "--strict", "--invalid-mask", "--neighbours", "--neighbour-step")
     blocks = parser.add_argument_group("blocks and depth by hand")
-    add_given_blocks(blocks, "--blocks")
-    add_shared(blocks, "--drawn", "--by-hand", "--by-hand-weight")
+    parsing.add_given_blocks(blocks, "--blocks")
+    parsing.add_shared(blocks, "--drawn", "--by-hand", "--by-hand-weight")
     output = parser.add_argument_group("output")
     out = "output folder (default: NAME-ilf). It is created if missing; existing files are overwritten"
     declare(output, f"--out DIR  {out}")
-    add_shared(output, "--extrapolate")
-    add_export_options(output)
-    add_shared(output, "--json", "--progress", "--quiet")
-    add_settings(parser)
+    parsing.add_shared(output, "--extrapolate")
+    parsing.add_export_options(output)
+    parsing.add_shared(output, "--json", "--progress", "--quiet")
+    parsing.add_settings(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -70,13 +57,13 @@ def run(arguments: argparse.Namespace) -> None:
         run, options, told = _new(arguments)
     else:
         run, told = again.run, again.differences
-        options = replace(again.options, exports=(*again.options.exports, *given_exports(arguments)[0]))
-        options = replace(options, **given_parameters(arguments, ExportOptions))
+        options = replace(again.options, exports=(*again.options.exports, *parsing.given_exports(arguments)[0]))
+        options = replace(options, **parsing.given_parameters(arguments, ExportOptions))
     folder = Path(arguments.out or output_folder_name(run.frame.name))
     names = "blocks", "drawn", "invalid_mask", "by_hand", "intrinsics", "preset"
     given = [path for name in names if (path := getattr(arguments, name)) is not None]
     check_write(folder, run, options, given=given)
-    exports = [Export(path) for path in given_exports(arguments)[1]]
+    exports = [Export(path) for path in parsing.given_exports(arguments)[1]]
     for export in exports:
         export.check(run)
     check_not_an_input(run.frame, [export.path for export in exports], given)
@@ -111,11 +98,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _new(arguments: argparse.Namespace) -> tuple[Run, ExportOptions, Sequence[str]]:
     """Return the run of the arguments, what is written of it, and a note of a cloud that is not."""
-    options = export_options(arguments, with_files=True)
-    parameters, choice = settings_from(arguments, preset_from(arguments.preset))
-    frame = frame_from(arguments)
+    options = parsing.export_options(arguments, with_files=True)
+    parameters, choice = parsing.settings_from(arguments, parsing.preset_from(arguments.preset))
+    frame = parsing.frame_from(arguments)
     run = Run(frame, choice.blocks_of(frame), parameters, extrapolate=arguments.extrapolate)
-    if geometry_flags(arguments):
+    if parsing.geometry_flags(arguments):
         return run, options, ()
     return run, *drop_impossible_cloud(options, frame, ": give --intrinsics for one")
 

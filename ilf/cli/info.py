@@ -32,8 +32,7 @@ from ..sources.opening import is_recording
 from ..sources.reading import read_frame
 from ..sources.shards import read_shard_set
 from ..sources.source import Source
-from .facts import Facts, facts_of_record
-from .frame_facts import facts_of_colour, facts_of_frame
+from .facts import Facts, facts_of_colour, facts_of_frame, facts_of_record
 from .output import Column, print_json, table, values_text, warn
 from .parsing import add_frame, add_shared, check_plausibility, frame_of_source, reading_options, source_from
 from .usage import Parser, UsageError, declare

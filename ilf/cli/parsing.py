@@ -167,7 +167,7 @@ def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Pa
     named = (values.get(name) for name in ("blocks", "drawn", "by_hand"))
     blocks, drawn, by_hand = (None if path is None else absolute(path) for path in named)
     weight = values.get("by_hand_weight", USUAL_WEIGHT)
-    choice = BlockChoice(extraction, blocks, arguments.fill_gaps, drawn, by_hand, weight)
+    choice = BlockChoice(extraction, blocks, values.get("fill_gaps", False), drawn, by_hand, weight)
     return with_given(preset.parameters, arguments), choice
 
 
@@ -186,7 +186,8 @@ def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:
 def extraction_from(arguments: argparse.Namespace, flag: str, base: BlockParameters | None = None) -> BlockParameters:
     """Return the extraction parameters, based on `base`; UsageError for arguments without effect beside the flag of
     given blocks."""
-    if arguments.blocks is not None and given_parameters(arguments, BlockParameters) and not arguments.fill_gaps:
+    is_given = vars(arguments).get("blocks") is not None and not arguments.fill_gaps
+    if is_given and given_parameters(arguments, BlockParameters):
         raise UsageError(f"With {flag} nothing is extracted: leave out --{BLOCK_PREFIX}* flags, or add --fill-gaps.")
     return with_given(base or BlockParameters(), arguments)
 

@@ -8,24 +8,31 @@ import os
 import secrets
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from .._runtime.formatting import counted
 from ..completion.confidence.expected_error import RMS_NAME
+from ..data.frame import InputFile
 from ..data.results import Completion
 from ..errors import InputError, one_line
+from ..project.archive import Parts
+from ..project.codec import UNREADABLE, check_content, from_plain, stored_fields
 from ..project.exporting import ExportStatus, export_frames, in_folders, run_and_completion
-from ..project.facts import FrameFacts, differences, frame_facts
 from ..project.file import SUFFIX, OpenedProject, open_project, save_project
 from ..project.frame_state import FrameState
 from ..project.project import Project, ProjectFrame, Stage
-from ..project.state_codec import UnreadableFrame
+from ..project.run_history import StoredRun
+from ..project.sources import embedded, located
+from ..project.state_codec import UnreadableFrame, frame_part, read_head
 from ..run.block_choice import BlockChoice
 from ..run.data_sets import DATA_SETS, write_data_set
+from ..run.record import array_sha256
+from ..run.replaying import depth_difference_text
 from ..run.run import Run
 from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
@@ -34,6 +41,114 @@ from ..sources.reading import read_frame
 from .output import Column, completed, fact_lines, parameters_text, print_json, shows_progress, table, warn
 from .parsing import add_export_options, add_reading, add_shared, export_options, geometry_flags, reading_options
 from .usage import Parser, UsageError, add_action, check_there, declare
+
+# Facts about the frames of a project, without opening them.
+
+_OF_RUN = (
+    "number", "name", "how", "done", "seconds", "note", "ground_truth_error", "hold_out_error", "expected_error",
+)  # fmt: skip
+
+
+FrameFacts = dict[str, Any]
+"""Facts about a frame, as `ilf project info --json` prints them."""
+
+
+def frame_facts(opened: OpenedProject, frame: ProjectFrame) -> FrameFacts:
+    """Collect the facts about a frame; reads all its parts and files, and checks their hashes.
+
+    Returns
+    -------
+    dict
+        Id, name, the fields of its summary, and has_state; bytes of its own part and of the arrays that it refers to;
+        sources: path of each of its files -> "embedded", "present", "changed", "missing", or "not allowed" if it may
+        lie where nothing is opened unasked; runs: number, name, how, done, seconds, note and errors of each run of the
+        history, as in `StoredRun`; problems: why the work on it cannot be read.
+    """
+    facts: FrameFacts = {
+        "id": frame.id,
+        "name": frame.name,
+        **dataclasses.asdict(frame.summary),
+        "has_state": frame.has_state,
+        "bytes": 0,
+        "sources": {file.path: _how_found(file, opened) for file in _wanted_files(frame, opened.parts)},
+        "runs": (),
+        "problems": (),
+    }
+    if not frame.has_state:
+        return facts
+    try:
+        content = opened.parts.read(frame_part(frame.id))
+        head = read_head(content)
+        kinds = stored_fields(StoredRun)
+        runs = tuple({name: from_plain(run[name], kinds[name], {}) for name in _OF_RUN} for run in head.state["runs"])
+        size = len(content)
+        for name in head.parts:
+            part = opened.parts.read(name)
+            check_content(name, part)
+            size += len(part)
+    except UNREADABLE as error:
+        return facts | {"problems": (f"The work on this frame cannot be read: {error}",)}
+    return facts | {"bytes": size, "runs": runs}
+
+
+def _how_found(wanted: InputFile, opened: OpenedProject) -> str:
+    """Return how a file is there, as in the sources of `frame_facts`."""
+    if embedded(wanted, opened.parts) is not None:
+        return "embedded"
+    same, other = located(wanted, opened.places)
+    if same is not None or other is not None:
+        return "changed" if same is None else "present"
+    try:
+        opened.places.check(wanted)
+    except InputError:
+        return "not allowed"
+    return "missing"
+
+
+def _wanted_files(frame: ProjectFrame, parts: Parts) -> list[InputFile]:
+    """List the files of a frame from its state, or else from its source, without their SHA-256."""
+    if frame.has_state:
+        with suppress(*UNREADABLE):  # else from the source
+            return list(read_head(parts.read(frame_part(frame.id))).files)
+    return [] if frame.source is None else [InputFile(path, "") for path in frame.source.paths]
+
+
+def differences(state: FrameState, completion: Completion) -> tuple[str, ...]:
+    """Compare a new completion with the stored results; empty if they are identical bit for bit.
+
+    Parameters
+    ----------
+    state : FrameState
+    completion : Completion
+        Of `state.present_run()`.
+
+    Returns
+    -------
+    tuple of str
+        The differences, one sentence each.
+
+    Examples
+    --------
+    >>> import ilf
+    >>> import numpy as np
+    >>> depth = np.full((20, 30), 2.0)
+    >>> depth[8:12, 10:20] = np.nan
+    >>> completion = ilf.complete(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth))
+    >>> from ilf.data.blocks import Blocks
+    >>> state = FrameState("a1", completion.frame, Blocks(completion.blocks), results=completion.results)
+    >>> differences(state, completion)
+    ()
+    """
+    stored = state.present_completion()
+    sentences = []
+    if array_sha256(stored.depth) != array_sha256(completion.depth):
+        sentences.append(f"{depth_difference_text(completion.depth, stored.depth)}.")
+    others = [label for label, outcome in stored.outcomes.items() if completion.outcomes.get(label) != outcome]
+    if others:
+        blocks = ", ".join(map(str, others[:10])) + (", ..." if len(others) > 10 else "")
+        sentences.append(f"Iterations or status differ from the stored ones: block{'s' * (len(others) > 1)} {blocks}.")
+    return tuple(sentences)
+
 
 # Output of `ilf project info`: as text, and as JSON.
 
@@ -59,26 +174,25 @@ def print_facts(opened: OpenedProject, facts: Sequence[FrameFacts]) -> None:
     ]
     problems = [*opened.problems]
     for fact in facts:
-        problems += [f"{fact.frame.name}: {problem}" for problem in fact.problems]
-        problems += [
-            f"{fact.frame.name}: {file} {_PROBLEMS[how]}." for file, how in fact.sources.items() if how in _PROBLEMS
-        ]
+        problems += [f"{fact['name']}: {problem}" for problem in fact["problems"]]
+        found = fact["sources"].items()
+        problems += [f"{fact['name']}: {file} {_PROBLEMS[how]}." for file, how in found if how in _PROBLEMS]
     print(*fact_lines([*lines, *(("problem", problem) for problem in problems)]), sep="\n")
     if facts:
         print("", *table(_FRAMES, facts), sep="\n")
     for fact in facts:
-        if fact.runs:
-            print(f"\nRuns of {fact.frame.name}:")
-            print(*table(_RUNS, fact.runs), sep="\n")
+        if fact["runs"]:
+            print(f"\nRuns of {fact['name']}:")
+            print(*table(_RUNS, fact["runs"]), sep="\n")
 
 
 def _size(fact: FrameFacts) -> str | None:
-    shape = fact.frame.summary.shape
+    shape = fact["shape"]
     return None if shape is None else f"{shape[1]} x {shape[0]}"
 
 
 def _files(fact: FrameFacts) -> str:
-    how = Counter(fact.sources.values())
+    how = Counter(fact["sources"].values())
     return ", ".join(f"{count} {state}" for state, count in how.items()) or "in the project"
 
 
@@ -87,15 +201,15 @@ def _mm(metres: float | None) -> float | None:
 
 
 _FRAMES = (
-    Column("frame", attrgetter("frame.name")),
-    Column("id", attrgetter("frame.id")),
-    Column("stage", attrgetter("frame.summary.stage.value")),
+    Column("frame", itemgetter("name")),
+    Column("id", itemgetter("id")),
+    Column("stage", itemgetter("stage")),
     Column("size", _size),
-    Column("missing", attrgetter("frame.summary.missing"), ".1%"),
-    Column("blocks", attrgetter("frame.summary.blocks")),
-    Column("completed", attrgetter("frame.summary.completed")),
-    Column("runs", lambda fact: len(fact.runs)),
-    Column("kB", lambda fact: fact.size / 1000, ".0f"),
+    Column("missing", itemgetter("missing"), ".1%"),
+    Column("blocks", itemgetter("blocks")),
+    Column("completed", itemgetter("completed")),
+    Column("runs", lambda fact: len(fact["runs"])),
+    Column("kB", lambda fact: fact["bytes"] / 1000, ".0f"),
     Column("files", _files),
 )
 
@@ -123,19 +237,7 @@ def facts_as_json(opened: OpenedProject, facts: Sequence[FrameFacts]) -> Any:
         "present": opened.project.present,
         "for_all": opened.project.for_all,
         "parameters": opened.project.common.to_dict(),
-        "frames": [
-            {
-                "id": fact.frame.id,
-                "name": fact.frame.name,
-                **dataclasses.asdict(fact.frame.summary),
-                "has_state": fact.frame.has_state,
-                "bytes": fact.size,
-                "sources": fact.sources,
-                "runs": fact.runs,
-                "problems": fact.problems,
-            }
-            for fact in facts
-        ],
+        "frames": facts,
     }
 
 

@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 
 from .._runtime.long_work import run_to_end
-from ..data.parameters import BlockParameters
 from ..data.results import Completion
 from ..errors import IlfError, InputError
 from ..evaluation.hold_out import completion_steps
@@ -19,12 +18,11 @@ from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.report import report_steps, write_report
 from ..report.subject import Subject, Unreadable
-from ..run.block_choice import BlockChoice
 from ..run.options import RECORD_FILE, as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
 from .output import Bar, shows_progress, warn
-from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, with_given
+from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, settings_from
 from .usage import Parser, UsageError, declare
 
 Read = Callable[[list[str], Bar], Subject]
@@ -74,11 +72,9 @@ def _subjects(sources: Sequence[tuple[str, Read]], notes: list[str], bar: Bar) -
 
 def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str], bar: Bar) -> Subject:
     """Complete a frame with the settings of the arguments."""
-    chosen = preset_from(arguments.preset)
-    parameters = with_given(chosen.parameters, arguments)
-    extraction = with_given(chosen.extraction or BlockParameters(), arguments)
+    parameters, choice = settings_from(arguments, preset_from(arguments.preset))
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
-    made = Run(frame, BlockChoice(extraction).blocks_of(frame), parameters)
+    made = Run(frame, choice.blocks_of(frame), parameters)
     completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)

@@ -15,8 +15,7 @@ from ..evaluation.hold_out import RunEvaluation
 from ..run.options import ExportOptions
 from ..run.record import make_record
 from ..run.run import Run
-from .curves import curve_lines, curve_plots
-from .pictures import frame_pictures, thumbnail
+from .pictures import curve_lines, curve_plots, frame_pictures, thumbnail
 from .subject import Subject
 from .templates import render
 

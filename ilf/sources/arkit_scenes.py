@@ -16,8 +16,8 @@ from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.images import image_header, read_colour
+from .pairing import TimedPairs
 from .recording import PairedRecording, RecordedFrame, confidence_beside
-from .times import TimedPairs
 from .trajectories import checked_pose
 
 _DEPTH, _CONFIDENCE, _TRAJECTORY = "lowres_depth", "confidence", "lowres_wide.traj"
@@ -58,9 +58,6 @@ class ARKitScenes(PairedRecording):
             time=_time_of(key),
             confidence=confidence_beside(self.path / _CONFIDENCE / depth.path.name, values.shape),
         )
-
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         headers = [image_header(file, file.data.tobytes()) for file in map(read_file, self.at(key))]

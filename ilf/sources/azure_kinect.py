@@ -20,8 +20,8 @@ from ..data.camera import Camera, Cameras, rigid_transform
 from ..errors import FormatError, told_as
 from ..io.depth import eight_bit_error
 from ..io.images import read_colour
+from .pairing import TimedPairs, stamped
 from .recording import PairedRecording, RecordedFrame, part_of, sha256_of
-from .times import TimedPairs, stamped
 
 # The calibration of an Azure Kinect: stored for the full sensors; those of the modes are derived from it.
 
@@ -139,9 +139,6 @@ class AzureKinect(PairedRecording):
             time=colour_stamp / _PER_SECOND,
             depth_view=self._illuminated(depth_stamp),
         )
-
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return self._decoded(self._packet(self._colour, self.at(key)[0]))
 
     def _values(self, packet: Any) -> NDArray[np.uint16]:
         """Values of a depth or infrared packet."""

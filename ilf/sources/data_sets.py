@@ -16,7 +16,7 @@ from ..errors import FormatError, InputError, told_as
 from .file_patterns import Folders
 from .frame_ref import FrameRef, ReadingOptions
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
-from .times import TimedPairs
+from .pairing import TimedPairs
 
 _SUN_CAMERA_FILE = "intrinsics.txt"
 _SUN_FOLDERS = "image", "depth"

@@ -27,7 +27,7 @@ from ..io.encodings import ENCODING_DESCRIPTIONS, EncodingSpec, checked_finite, 
 from ..io.guide_models import is_guide_name
 from .named_places import NotAllowed, named_in
 from .naming import name_from_path, recorded_frame_name
-from .times import MAX_TIME_GAP_S
+from .pairing import MAX_TIME_GAP_S
 
 
 @dataclass(frozen=True)

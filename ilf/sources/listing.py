@@ -23,9 +23,8 @@ from .layouts import all_layouts, fitting, given_layouts, nearest_layout, scenes
 from .named_places import note_opened
 from .naming import META_NAME
 from .opening import forget, is_recording, opened, recording_suffixes
-from .pairing import paired, paired_by_time, split_by_kind, time_of, why_unpaired
+from .pairing import left_out, paired, paired_by_time, split_by_kind, time_of, why_unpaired
 from .plugins import source_plugins
-from .times import left_out
 
 _MOST_NAMES = 5
 """Maximum number of folders that a note names."""

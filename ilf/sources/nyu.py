@@ -18,8 +18,8 @@ from ..errors import FormatError, InputError, told_as
 from ..io.depth import read_depth_values
 from ..io.hdf5 import dataset, open_hdf5
 from ..io.images import read_colour
+from .pairing import TimedPairs
 from .recording import PairedRecording, RecordedFrame, Recording, sha256_of
-from .times import TimedPairs
 
 # NYU Depth V2's labelled file, nyu_depth_v2_labeled.mat: 1449 frames in one MATLAB v7.3 (HDF5) file.
 #
@@ -136,9 +136,6 @@ class NyuRawFolder(PairedRecording):
         colour, depth = (read_file(self.path / name) for name in self.at(key))
         hashes, time = (colour.sha256, depth.sha256), float(key.split("-")[1])
         return RecordedFrame(read_colour(colour), read_depth_values(depth), *hashes, "nyu-raw", time=time)
-
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.path / self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         return NYU_CAMERAS

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from .._runtime.files import read_file, read_json
 from .._runtime.formatting import counted
@@ -100,9 +98,6 @@ class RawPairs(Recording):
             self._encoding,
             self._invalid,
         )
-
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self.at(key)[0])
 
     def cameras(self, key: str) -> Cameras:
         return self._cameras

@@ -74,9 +74,6 @@ class Record3D(Recording):
         hashes, time = (jpeg.sha256, depth.sha256), self._entry("frameTimestamps", key)
         return RecordedFrame(read_colour(jpeg), values, *hashes, "m", time=time, confidence=confidence)
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        return read_colour(self._jpeg(key))
-
     def cameras(self, key: str) -> Cameras:
         jpeg, stated = self._jpeg(key), self._metadata
         header = image_header(jpeg, jpeg.data.tobytes())

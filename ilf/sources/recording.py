@@ -18,7 +18,7 @@ from ..data.camera import Cameras
 from ..errors import InputError
 from ..io.encodings import EncodingSpec
 from ..io.frame_additions import read_confidence
-from .times import MAX_TIME_GAP_S, TimedPairs
+from .pairing import MAX_TIME_GAP_S, TimedPairs
 
 Topics = tuple[str, str]
 """Names of the colour and the depth topic of one camera, in a recording with several."""

@@ -15,8 +15,8 @@ from .._runtime.children import MEMORY, Child, end, release, run_in_child
 from .._runtime.long_work import not_cancelled
 from ..data.camera import Cameras
 from ..errors import IlfError
+from .pairing import MAX_TIME_GAP_S
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics
-from .times import MAX_TIME_GAP_S
 
 SECONDS, BYTES_PER_SECOND = 10.0, 2**24
 """Time limit of each answer: 10 s, and more for large files, which may be on a slow disk."""

@@ -21,6 +21,7 @@ from ..data.camera import FISHEYE, Cameras
 from ..errors import FormatError, InputError, told_as
 from ..io.mcap import EndedMcap, whole_size
 from .copies import unpacked, unpacking_command
+from .pairing import MAX_TIME_GAP_S, TimedPairs, stamped
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics, sha256_of
 from .ros_messages import (
     IMAGES,
@@ -39,7 +40,6 @@ from .ros_messages import (
     transform_between,
     transform_matrix,
 )
-from .times import MAX_TIME_GAP_S, TimedPairs, stamped
 
 # Topics specific to recordings of the RealSense library: depth units and extrinsics.
 #

@@ -55,10 +55,6 @@ class ScanNet(Recording):
             time=time * 1e-6 if time else None,
         )
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        start, colour_bytes, *_ = self.at(key)
-        return self._decoded(self._bytes(start, colour_bytes), key)
-
     def cameras(self, key: str) -> Cameras:
         with told_as(FormatError, f"{self.path}: its cameras are invalid ({{error}})", InputError):
             colour, depth = (

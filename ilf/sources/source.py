@@ -25,11 +25,11 @@ from .frame_ref import AS_STATED, FrameRef, ReadingOptions
 from .listing import list_frames
 from .neighbours import around, with_neighbours
 from .opening import opened
+from .pairing import MAX_TIME_GAP_S
 from .read_images import pose_of_files
 from .reading import files_of, read_frame, read_raw_pair
 from .recording import Topics
 from .registration import RawPair
-from .times import MAX_TIME_GAP_S
 
 
 class Source:

@@ -148,10 +148,6 @@ class StrayScanner(Recording):
             confidence=confidence_beside(self.path / _CONFIDENCE / f"{key}.png", values.shape),
         )
 
-    def colour(self, key: str) -> NDArray[np.uint8]:
-        self.at(key)
-        return self._video.frame(int(key))[0]
-
     def cameras(self, key: str) -> Cameras:
         path = self.path / _CAMERA
         height, width = read_depth_values(self.at(key)[0]).shape

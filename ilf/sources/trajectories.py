@@ -21,7 +21,7 @@ from ..errors import FormatError, InputError, ParameterError
 from ..io.camera_files import cameras_in, chosen_camera
 from ..io.cameras import CAMERA_FILE, read_cameras
 from ..io.encodings import checked_units
-from .times import MAX_TIME_GAP_S
+from .pairing import MAX_TIME_GAP_S
 
 Matrix = NDArray[np.float64]
 
@@ -310,14 +310,11 @@ def pose_in(path: Path, image: str) -> Matrix | None:
 
 
 def stated_pose(pose: str | tuple[float, ...]) -> Matrix | None:
-    """The camera pose of a text file, or of 16 numbers; None if they are no pose."""
-    return _only_pose(Path(pose)) if isinstance(pose, str) else checked_pose(np.reshape(pose, (4, 4)))
-
-
-def _only_pose(path: Path) -> Matrix | None:
-    """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line; None
-    if it contains anything else."""
-    found = _rows_or_none(path).in_order
+    """The camera pose of a text file with the three or four rows of its matrix, or with its numbers in one line, or of
+    16 numbers; None if they are no pose."""
+    if not isinstance(pose, str):
+        return checked_pose(np.reshape(pose, (4, 4)))
+    found = _rows_or_none(Path(pose)).in_order
     return found[0] if len(found) == 1 else None
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 import ilf
 from ilf.completion.correction import UNCORRECTED, CorrectionNetwork
-from ilf.evaluation.bench.frames import find_frames, load_bench_frame
-from ilf.evaluation.bench.patterns import make_task
+from ilf.evaluation.bench.frames import find_frames, load_bench_frame, make_task
 from ilf.evaluation.bench.runner import score
 
 

@@ -14,8 +14,7 @@ import pytest
 from ilf import RGBDFrame, complete, extract_blocks, preset
 from ilf._runtime.installation import asset_path
 from ilf.data.parameters import PRESETS
-from ilf.evaluation.bench.frames import load_bench_frame
-from ilf.evaluation.bench.patterns import Task, make_task
+from ilf.evaluation.bench.frames import Task, load_bench_frame, make_task
 from ilf.evaluation.bench.runner import score
 
 from .exact_surfaces import sensed, surface

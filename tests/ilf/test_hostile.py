@@ -20,7 +20,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
-from ilf.sources.times import associated
+from ilf.sources.pairing import associated
 
 from ..bench.fuzz.formats import FORMATS
 from ..bench.fuzz.worker import case, outcome

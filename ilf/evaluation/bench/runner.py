@@ -19,9 +19,8 @@ from ...errors import IlfError
 from ...segmentation.edges.frame_edges import edges_for
 from ...segmentation.extraction import extract_blocks
 from ..evaluation import evaluate, share_within
-from .frames import load_bench_frame
+from .frames import Task, load_bench_frame, make_task
 from .methods import BY_BLOCKS, METHODS
-from .patterns import Task, make_task
 from .results import BenchResult, BenchRow, Score, Skipped
 
 

@@ -19,11 +19,16 @@ from ...errors import InputError
 from ..edges.frame_edges import find_edges
 from ..editing.patches import border_pixels
 from .motion import (
+    MAX_STATIC_CHANGE,
     Labels,
     Mask,
     Sources,
+    around,
+    camera_is_static,
+    changed,
     consistent_flow,
     depth_of_parts,
+    detailed,
     difference_from_flow,
     motion_by_flow,
     motion_by_pose,
@@ -31,7 +36,6 @@ from .motion import (
     sources_of,
 )
 from .refining import extract_again, refine
-from .static_pixels import MAX_STATIC_CHANGE, around, camera_is_static, changed, detailed
 
 # Propagated blocks that should be checked, and why.
 

@@ -7,8 +7,7 @@ from ilf.completion.block import required_known_pixels
 from ilf.completion.interpolation import linear, nearest
 from ilf.data.blocks import least_known_pixels
 from ilf.data.results import Status
-from ilf.evaluation.bench.frames import BenchFrame
-from ilf.evaluation.bench.patterns import LINES, POINTS, make_task
+from ilf.evaluation.bench.frames import LINES, POINTS, BenchFrame, make_task
 
 SHAPE = (240, 320)
 ROWS, COLUMNS = np.indices(SHAPE, np.float32)

@@ -9,8 +9,7 @@ import pytest
 
 import ilf
 from ilf.cli import main
-from ilf.evaluation.bench.frames import load_bench_frame
-from ilf.evaluation.bench.patterns import PATTERNS, make_task
+from ilf.evaluation.bench.frames import PATTERNS, load_bench_frame, make_task
 from ilf.evaluation.edit_summary import summarise_edit
 from ilf.segmentation.editing.patches import patch_between
 

@@ -20,8 +20,8 @@ from hypothesis.extra.numpy import arrays
 import ilf
 from ilf._runtime.long_work import cancelled_by
 from ilf.errors import Cancelled, FormatError, InputError, ParameterError
-from ilf.io.rvl import read_rvl
 from ilf.sources.opening import close_all
+from ilf.sources.ros_messages import read_rvl
 from tests.ilf.bags import (
     COLOUR,
     DEPTH,

@@ -14,9 +14,8 @@ import ilf
 from ilf.cli import main
 from ilf.completion.confidence.expected_error import depth_error
 from ilf.errors import InputError
-from ilf.evaluation.bench.frames import BenchFrame, find_frames
+from ilf.evaluation.bench.frames import BenchFrame, find_frames, make_task
 from ilf.evaluation.bench.methods import METHODS
-from ilf.evaluation.bench.patterns import make_task
 from ilf.evaluation.bench.results import against_peers, summarise
 from ilf.evaluation.bench.runner import run_bench, score
 

@@ -8,8 +8,7 @@ import pytest
 
 from ilf import RGBDFrame
 from ilf.errors import InputError
-from ilf.evaluation.bench.frames import BenchFrame, load_bench_frame
-from ilf.evaluation.bench.patterns import make_task
+from ilf.evaluation.bench.frames import BenchFrame, load_bench_frame, make_task
 
 DEPTH = np.linspace(1, 3, 300 * 400).reshape(300, 400)
 DEPTH[100:150, 100:180] = np.nan
