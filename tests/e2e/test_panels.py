@@ -89,6 +89,19 @@ def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, title)
     assert any(label.text() for label in opened.findChild(QDockWidget, title).findChildren(QLabel))
 
 
+@pytest.mark.parametrize("title", ["Inspect", "Frames"])
+def test_a_panel_outside_the_window_closes_and_comes_back_with_it(another, title):
+    window = another(persistent=True)
+    window.panels.reveal(title)
+    dock = window.findChild(QDockWidget, title)
+    dock.setFloating(True)
+    window.close()
+    assert not dock.isVisible()
+    dock = another(persistent=True).findChild(QDockWidget, title)
+    assert dock.isVisible()
+    assert dock.isFloating()
+
+
 def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkeypatch):
     opened.hide()
     opened.show()
