@@ -178,7 +178,7 @@ def test_a_frame_with_ground_truth_is_not_kept_in_memory_once_it_is_closed(opene
     opened.workspace.current.set_ground_truth(np.full((48, 64), 2.0, np.float32))
     run_all(opened)
     settle(opened, qtbot)
-    assert all(errors_shown(opened))
+    assert "–" not in errors_shown(opened)
     document = ref(opened.workspace.current)
     opened.workspace.remove_entries(list(opened.workspace.entries))
     settle(opened, qtbot)
