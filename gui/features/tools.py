@@ -52,9 +52,11 @@ class ToolsFeature(Feature):
                 self.keys.held[Qt.Key[f"Key_{one.held}"]] = actions[name]
 
     def show(self) -> None:
-        """Show the active tool and its options."""
+        """Show the active tool and its options, and a rectangle that was stored with the frame."""
         self.context.actions[f"tool_{self._editor.tool_name}"].setChecked(True)
         self.options.show_options(self._editor.tool.options, self._editor.options)
+        if self._editor.ready and self.context.workspace.current.state.looked.region is not None:
+            self.context.feature(InspectPanel)  # which draws it
 
     def _choices(self) -> Iterator[Command]:
         """Return the commands that take a tool."""

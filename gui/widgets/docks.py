@@ -238,9 +238,12 @@ class Docks(QObject):
         self.take(*self._requested)
 
     def remember(self) -> None:
-        """Store the window size for the next session, when the window closes."""
+        """Store the window size for the next session, when the window closes, and close what is outside it."""
         self._in_use = False
         self._titles_timer.stop()
+        for dock, *_ in self._panels.values():
+            if dock.isFloating():
+                dock.hide()
         if self.persistent:
             QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
 

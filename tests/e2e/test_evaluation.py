@@ -1,6 +1,8 @@
 """Judging, sweeping and own presets in the real window."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import cv2
 import numpy as np
@@ -170,6 +172,18 @@ def test_errors_against_a_truth_and_on_hidden_depth(window, qtbot, frame_folder,
     document.set_by_hand(np.full(document.frame.shape, 1.0, np.float32), document.labels == label, "Paint")
     settle(window, qtbot)
     assert "Outdated" in panel.outcome.text()
+
+
+def test_a_frame_with_ground_truth_is_not_kept_in_memory_once_it_is_closed(opened, qtbot, run_all):
+    opened.workspace.current.set_ground_truth(np.full((48, 64), 2.0, np.float32))
+    run_all(opened)
+    settle(opened, qtbot)
+    assert "–" not in errors_shown(opened)
+    document = ref(opened.workspace.current)
+    opened.workspace.remove_entries(list(opened.workspace.entries))
+    settle(opened, qtbot)
+    gc.collect()
+    assert document() is None
 
 
 def test_a_sweep_shows_what_comes_and_a_click_takes_a_value(window, qtbot, frame_folder, ground_truth_file):

@@ -8,10 +8,11 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QFileDialog
 from gui.features.inspect.marks import Marks
 from gui.features.inspect.panel import STATISTICS, InspectPanel
 from gui.features.inspect.statistics import statistics_of
+from gui.state.parts import Part
 from ilf.evaluation.measuring import measure
 from ilf.evaluation.statistics import surface_statistics
 
-from .conftest import open_frame, settle, write_frame
+from .conftest import open_frame, save, settle, write_frame
 from .hand import click, drag, hover, key
 
 
@@ -121,6 +122,17 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     key(window, Qt.Key.Key_Escape)
     assert document.state.looked.region is None
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
+
+
+def test_a_rectangle_that_was_saved_is_seen_at_once(opened, another, qtbot, tmp_path):
+    opened.workspace.current.look(Part.REGION, region=np.s_[5:21, 35:51])
+    save(opened, qtbot, tmp_path / "work.ilf")
+    window = another()
+    window.documents.open_paths([tmp_path / "work.ilf"])
+    qtbot.waitUntil(lambda: window.workspace.has_current)
+    window.refresh.now()
+    assert window.context.made(InspectPanel) is not None
+    assert marks(window).region.preview is not None
 
 
 def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, run_all):

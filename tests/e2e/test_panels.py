@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QDockWidget, QLabel, QWidget
 
+from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.additional_depth import AdditionalDepthPanel
+from gui.features.colour_range import ColourRange
 from gui.features.extraction import ExtractionPanel
 from gui.features.inspect.panel import InspectPanel
 from gui.features.panel import Panel
@@ -82,11 +84,26 @@ def test_a_panel_is_made_when_one_of_its_commands_is_first_used(opened, kind, co
     assert opened.context.made(kind) is not None
 
 
-@pytest.mark.parametrize("title", ["Accuracy", "Quality", "Range"])
-def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, title):
-    opened.panels.reveal(title)
+@pytest.mark.parametrize("kind", [AccuracyPanel, QualityPanel, ColourRange])
+def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, kind, monkeypatch):
+    drawn: list[Part] = []
+    monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
+    opened.panels.reveal(kind.title)
     opened.refresh.now()
-    assert any(label.text() for label in opened.findChild(QDockWidget, title).findChildren(QLabel))
+    assert drawn
+
+
+@pytest.mark.parametrize("title", ["Inspect", "Frames"])
+def test_a_panel_outside_the_window_closes_and_comes_back_with_it(another, title):
+    window = another(persistent=True)
+    window.panels.reveal(title)
+    dock = window.findChild(QDockWidget, title)
+    dock.setFloating(True)
+    window.close()
+    assert not dock.isVisible()
+    dock = another(persistent=True).findChild(QDockWidget, title)
+    assert dock.isVisible()
+    assert dock.isFloating()
 
 
 def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkeypatch):

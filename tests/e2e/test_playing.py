@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QLineEdit
+from PySide6.QtWidgets import QFileDialog, QLineEdit, QToolButton
 
 from gui.base.commands import why_not
 from gui.features.frame_list.feature import FramesFeature
@@ -95,6 +95,12 @@ def test_all_frames_are_shown_in_order_with_stored_results_and_edits_stay(listed
     loaded(window, qtbot, window.loader.open_entry, entries[0])
     assert np.array_equal(workspace.current.labels, np.ones(first.frame.shape)), "the edit was stored"
     assert np.array_equal(workspace.current.completion().depth, completed, equal_nan=True)
+
+
+def test_a_speed_that_is_chosen_before_there_are_frames_to_play_is_shown(window):
+    window.actions_["speed_double"].trigger()
+    (button,) = (one for one in window.findChildren(QToolButton) if one.accessibleName() == "Speed of playing")
+    assert button.text().startswith("2")
 
 
 def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_shown(listed, qtbot):

@@ -28,7 +28,7 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
 
 
 @pytest.mark.parametrize("leave", ["new_project", "quit"])
-def test_a_project_is_left_only_when_it_has_beensave(opened, qtbot, tmp_path, leave):
+def test_a_project_is_left_only_when_it_has_been_saved(opened, qtbot, tmp_path, leave):
     path, other = tmp_path / "room.ilf", tmp_path / "other.ilf"
     save(opened, qtbot, path)
     opened.project.discard_silently = False

@@ -144,7 +144,7 @@ class BlocksFeature(Panel):
         self._errors: tuple[Mapping[int, float], bool] | None = None
         """The known errors of blocks [m], and whether they are the expected ones; None before they are looked up."""
         self._held_out: WeakKeyDictionary[Document, HeldOut] = WeakKeyDictionary()
-        self._evaluated: tuple[Document | None, Mapping[int, Evaluation]] = None, {}
+        self._evaluated: WeakKeyDictionary[Document, Mapping[int, Evaluation]] = WeakKeyDictionary()
         """A frame with ground truth, and the evaluation of its blocks."""
         self._expected: dict[int, float] = {}
         """Expected errors of the blocks, from the expected error `_of`."""
@@ -195,13 +195,13 @@ class BlocksFeature(Panel):
         completion = None if document.frame.ground_truth is None else document.completion()
         if completion is None:
             self.requests.forget()
-            self._evaluated = None, {}
+            self._evaluated.clear()
         else:
             frame, labels = document.frame, document.labels.copy()
             self.requests.ask(lambda: evaluate_blocks(frame, completion, labels), partial(self._take, document))
 
     def _take(self, document: Document, evaluated: Mapping[int, Evaluation]) -> None:
-        self._evaluated, self._errors = (document, evaluated), None
+        self._evaluated, self._errors = WeakKeyDictionary({document: evaluated}), None
         self.redraw()
 
     def take_hold_out(self, document: Document, errors_of: HeldOut) -> None:
@@ -211,8 +211,7 @@ class BlocksFeature(Panel):
 
     def _known_errors(self, document: Document) -> tuple[Mapping[int, float], bool]:
         if document.frame.ground_truth is not None:
-            of, found = self._evaluated
-            evaluated = found if of is document else {}
+            evaluated = self._evaluated.get(document, {})
             return {label: one.rmse for label, one in evaluated.items() if one.pixels}, False
         if document in self._held_out and (held_out := self._held_out[document](document)):
             return held_out, False

@@ -258,11 +258,12 @@ class PlayFeature(Feature):
         """Return the buttons beside the film strip, play and a menu of what belongs to it."""
         actions = self.context.actions
         menu = actions.menu("", self.context.window, PLAY_MENU)
-        button = menu_button(menu, _SPEEDS["speed_normal"][0], "Speed, loop, completion and recording while playing")
+        texts = {name: "max" if speed is None else text for name, (text, speed) in _SPEEDS.items()}
+        chosen = next(text for name, text in texts.items() if actions.is_on(name))
+        button = menu_button(menu, chosen, "Speed, loop, completion and recording while playing")
         button.setAccessibleName("Speed of playing")
-        for name, (text, speed) in _SPEEDS.items():
-            short = "max" if speed is None else text
-            actions[name].toggled.connect(lambda on, short=short: button.setText(short) if on else None)
+        for name, text in texts.items():
+            actions[name].toggled.connect(lambda on, text=text: button.setText(text) if on else None)
         bar = QWidget(visible=False)
         lay_out(QHBoxLayout(bar), command_button(self._on), button, margins=(4, 0, 4, 0), spacing=0)
         return bar
