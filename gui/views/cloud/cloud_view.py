@@ -187,8 +187,9 @@ class CloudView(Themed, QWidget):
         self._shading = _checkable(menu, "&Shading", True)
         self._shading.setToolTip("Darken points behind their neighbours")
         self._shading.toggled.connect(self.canvas.set_shaded)
-        texts = {None: "Distance to neighbouring points", **{size: f"{size} px" for size in _SIZES}}
-        self._sizes = add_choices(menu.addMenu("&Point size"), texts, None, self.canvas.set_point_size)
+        sizes: dict[int | None, str] = {None: "Distance to neighbouring points"}
+        sizes |= {size: f"{size} px" for size in _SIZES}
+        self._sizes = add_choices(menu.addMenu("&Point size"), sizes, None, self.canvas.set_point_size)
         menu.addSeparator()
         return menu
 
