@@ -15,7 +15,7 @@ from ..base.commands import Actions, plain
 from ..tools.kinds import KINDS
 from ..tools.options_row import BY_HAND, OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
-from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
+from ..views.layouts import CELLS, LAYOUT_TEXTS
 from ..views.linked_views import LinkedViews
 from ..views.view_menus import SidesMenu
 from ..widgets.basics import add_choices
@@ -173,7 +173,7 @@ def fill_menu_bar(
 
 def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     menu = QMenu("&View set", parent)
-    actions = add_choices(menu, LAYOUT_TEXTS, LAYOUTS[0], views.sheet.set_layout)
+    actions = add_choices(menu, LAYOUT_TEXTS, views.sheet.layout_name, views.sheet.set_layout)
     menu.insertSeparator(actions[next(iter(CELLS))])
     views.sheet.layoutChanged.connect(lambda name: actions[name].setChecked(True))
     return menu

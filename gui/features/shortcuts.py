@@ -28,7 +28,7 @@ from ..base.commands import (
     why_not,
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, stack
-from .context import Feature
+from .context import Context, Feature
 from .palette import CommandPalette, command_list, current_entry, list_commands, listed
 from .tools import ToolsFeature
 
@@ -319,11 +319,14 @@ class ShortcutsFeature(Feature):
 
     at_start = True
 
-    def begin(self) -> None:
-        """Apply the user's keys, if there are any."""
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.feature(ToolsFeature).keys.on_unused = self._tell_off
+
+    def apply_keys(self) -> None:
+        """Apply the user's keys, if there are any, to all commands, which are in the menus by now."""
         if self.context.panels.persistent and _KEY in QSettings().childGroups():
             _ = self.keymap
-        self.context.feature(ToolsFeature).keys.on_unused = self._tell_off
 
     @cached_property
     def keymap(self) -> Keymap:

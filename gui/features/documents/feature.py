@@ -58,13 +58,9 @@ class DocumentsFeature(Feature):
         context.workspace.on(Part.LIST, self._note_recent)
         self._project.opening.opened.connect(lambda opened: self.recent.note(opened.path))
         self._project.saving.saved.connect(lambda path, _: self.recent.note(path))
-
-    def begin(self) -> None:
-        """Tell about what was opened and about runs, after the features that react to them."""
-        loader = self._loader
-        loader.listed.connect(self._tell_listed)
-        loader.replayed.connect(self._tell_differences)
-        self.context.runs.finished.connect(self._tell_verdict)
+        self._loader.listed.connect(self._tell_listed)  # after the project, which reacts to what is opened
+        self._loader.replayed.connect(self._tell_differences)
+        context.runs.finished.connect(self._tell_verdict)
 
     # opening
 
