@@ -150,17 +150,16 @@ class RowModel(QStandardItemModel):
         for row, (key, cells) in enumerate(rows.items()):
             if row == len(keys) or keys[row] != key:
                 keys.insert(row, key)
-                self.insertRow(row, [QStandardItem() for _ in self._headings])
-                self._draw(row, key, cells)
+                self.insertRow(row, [self._item(key, cells[column], column) for column in self._headings])
             elif self._shown[key] != cells:
-                self._draw(row, key, cells)
+                self._draw(row, key, cells, self._shown[key])
         self._shown = dict(rows)
 
     def take_theme(self) -> None:
         """Draw icons and colours anew."""
         self._draw_heads()
         for row, (key, cells) in enumerate(self._shown.items()):
-            self._draw(row, key, cells)
+            self._draw(row, key, cells, {})
 
     def _draw_heads(self) -> None:
         for column, heading in self._headings.items():
@@ -172,16 +171,27 @@ class RowModel(QStandardItemModel):
                 head.setIcon(theme.icon(heading.icon, self._widget.palette()))
             self.setHorizontalHeaderItem(column, head)
 
-    def _draw(self, row: int, key: Any, cells: TableCells) -> None:
-        for column, heading in self._headings.items():
-            self.setItemData(self.index(row, column), {_KEY_ROLE: key, **self._roles(cells[column], heading)})
+    def _draw(self, row: int, key: Any, cells: TableCells, former: TableCells) -> None:
+        """Draw the cells of a row that are not as before."""
+        for column in self._headings:
+            if cells[column] != former.get(column):
+                self.setItemData(self.index(row, column), self._roles(key, cells[column], column))
 
-    def _roles(self, cell: TableCell, heading: Heading) -> dict[int, Any]:
+    def _item(self, key: Any, cell: TableCell, column: int) -> QStandardItem:
+        item = QStandardItem()
+        for role, value in self._roles(key, cell, column).items():
+            if value is not None:
+                item.setData(value, role)
+        return item
+
+    def _roles(self, key: Any, cell: TableCell, column: int) -> dict[int, Any]:
         """What is shown of a cell, by role; None for nothing."""
-        role, hint, font = Qt.ItemDataRole, cell.hint or heading.hint, QFont(self._widget.font())
+        role, heading, font = Qt.ItemDataRole, self._headings[column], QFont(self._widget.font())
+        hint = cell.hint or heading.hint
         font.setBold(cell.bold)
         font.setItalic(cell.italic)
         return {
+            _KEY_ROLE: key,
             role.DisplayRole: cell.text,
             _EDITED_ROLE: cell.text if cell.edited is None else cell.edited,
             _SORT_ROLE: cell.key,
