@@ -57,10 +57,10 @@ _STANDARD: tuple[type[Feature], ...] = (
     CloudFeature,
     BlockCommands,
     BlocksFeature,
+    EditSummaryFeature,
     RunsFeature,
     FilterPanel,
     SharingPanel,
-    EditSummaryFeature,
     CurvesFeature,
     ExtractionPanel,
     ToolsFeature,
@@ -111,8 +111,7 @@ class MainWindow(Themed, QMainWindow):
             context.add(kind)
         self.documents, self.project = self.feature(DocumentsFeature), self.feature(ProjectFeature)
         self._add_menus()
-        for feature in tuple(self.features):
-            feature.begin()
+        self.feature(ShortcutsFeature).apply_keys()
         self.refresh.now()
         self.panels.place()
         self.panels.size_window()

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -189,6 +189,8 @@ class Actions:
         self._persistent = persistent
         self.commands: dict[str, Command] = {}
         """All commands by name, in the order in which they were added."""
+        self.held: dict[int, QAction] = {}
+        """Key -> the action that it switches on while held."""
         self._icons: dict[str, str] = {}
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
@@ -208,6 +210,8 @@ class Actions:
             if command.group:
                 self._groups.setdefault(command.group, QActionGroup(self._window)).addAction(action)
             self._connect(action, command)
+            if command.held:
+                self.held[Qt.Key[f"Key_{command.held}"]] = action
             self._window.addAction(action)
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)

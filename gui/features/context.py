@@ -187,9 +187,6 @@ class Feature(QObject):
         self.context = context
         context.features.append(self)
 
-    def begin(self) -> None:
-        """Called when the window has all commands and menus, just before it is shown, for one that is made with it."""
-
     @cached_property
     def requests(self) -> LatestRequest:
         """What it asks for; errors go to `fail`."""

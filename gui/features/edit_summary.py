@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from ilf._runtime.formatting import grouped, millimetres
@@ -42,8 +43,9 @@ class EditSummaryLine(Themed, QWidget):
     It takes its space before the first edit, so that the images do not move under the pointer.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, text: Callable[[theme.Colours], str]) -> None:
+        super().__init__()
+        self._text = text
         self.label = QLabel(textFormat=Qt.TextFormat.RichText, wordWrap=True)
         self.label.setMinimumSize(1, self.label.fontMetrics().height())
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
@@ -55,26 +57,14 @@ class EditSummaryLine(Themed, QWidget):
             "Expected RMS: an estimate. Hold Z to see the state before the edit."
         )
         self.row = lay_out(QHBoxLayout(self), self.label, margins=(_MARGIN, 2, _MARGIN, 2), stretched=self.label)
-        self._content: tuple[str, EditSummary | None, str] | None = None
-        self._looks = False
-        self._empty = ""
-        """What is shown before the first edit."""
-        self._take_theme()
+        self.draw()
 
-    def show_message(self, text: str, effect: EditSummary | None = None, note: str = "") -> None:
-        """Show the title of an edit, its effect as far as known, and a note."""
-        self._content = text, effect, note
-        self._take_theme()
+    def draw(self) -> None:
+        """Write the text, in the colours of the theme."""
+        self.label.setText(self._text(theme.colours(self.palette())))
 
-    def mark_before(self, on: bool) -> None:
-        """Show whether the views show the state before the edit."""
-        self._looks = on
-        self._take_theme()
-
-    def clear(self, editable: bool) -> None:
-        """Show that there has been no edit; nothing if there is nothing to edit."""
-        self._content, self._empty = None, _EMPTY if editable else ""
-        self._take_theme()
+    def _take_theme(self) -> None:
+        self.draw()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -84,49 +74,44 @@ class EditSummaryLine(Themed, QWidget):
         self.label.setMaximumHeight(self.height() if beside_film_strip else line)
         self.label.setAlignment(Qt.AlignmentFlag.AlignVCenter if beside_film_strip else Qt.AlignmentFlag.AlignTop)
 
-    def _take_theme(self) -> None:
-        """Write the text, in the colours of the theme."""
-        if self._content is None:
-            tone = theme.colours(self.palette()).muted.name()
-            self.label.setText(f'<span style="color:{tone}">{self._empty}</span>')
-            return
-        text, effect, note = self._content
-        if self._looks:
-            tone = theme.colours(self.palette()).accent.name()
-            self.label.setText(f'<span style="color:{tone}"><b>Before the edit: {html.escape(text)}</b></span>')
-            return
-        parts = [f"<b>{html.escape(text)}</b>"]
-        if effect is not None:
-            if effect.moved:
-                parts.append(f"{grouped(effect.moved)} px moved")
-            if effect.filled is not None and effect.filled[0] != effect.filled[1]:
-                before, after = effect.filled
-                parts.append(f"filled {self._tinted(grouped(before), f'{grouped(after)} px', None)}")
-            if effect.by_ground_truth is not None:
-                parts.append(f"ground truth {self._change(*effect.by_ground_truth)}")
-            if effect.held_out is not None:
-                parts.append(f"hold-out {self._change(*effect.held_out, certain=effect.held_out_differs)}")
-                if not effect.held_out_differs and math.isfinite(effect.margin):
-                    parts[-1] += f" (±{millimetres(effect.margin)} mm)"
-            if effect.expected is not None:
-                tone = theme.colours(self.palette()).muted.name()
-                expected = "\u00a0→\u00a0".join(map(millimetres, effect.expected))
-                parts.append(f'<span style="color:{tone}">expected RMS {expected} mm</span>')
-        if note:
-            parts.append(html.escape(note))
-        self.label.setText(" &nbsp;·&nbsp;&nbsp;".join(parts))
 
-    def _change(self, before: float, after: float, certain: bool = True) -> str:
-        """Return two errors [m] as text, coloured as better or worse if that is certain."""
-        differ = certain and abs(after - before) > _EQUAL * max(before, after)
-        better = after < before if differ else None
-        return self._tinted(millimetres(before), f"{millimetres(after)} mm", better)
+def summary_html(title: str, effect: EditSummary | None, note: str, colours: theme.Colours) -> str:
+    """Return the title of an edit, its effect as far as known, and a note, as rich text."""
+    parts = [f"<b>{html.escape(title)}</b>"]
+    if effect is not None:
+        if effect.moved:
+            parts.append(f"{grouped(effect.moved)} px moved")
+        if effect.filled is not None and effect.filled[0] != effect.filled[1]:
+            before, after = effect.filled
+            parts.append(f"filled {_tinted(grouped(before), f'{grouped(after)} px', colours.text)}")
+        if effect.by_ground_truth is not None:
+            parts.append(f"ground truth {_change(*effect.by_ground_truth, colours)}")
+        if effect.held_out is not None:
+            parts.append(f"hold-out {_change(*effect.held_out, colours, certain=effect.held_out_differs)}")
+            if not effect.held_out_differs and math.isfinite(effect.margin):
+                parts[-1] += f" (±{millimetres(effect.margin)} mm)"
+        if effect.expected is not None:
+            expected = "\u00a0→\u00a0".join(map(millimetres, effect.expected))
+            parts.append(_in_tone(colours.muted, f"expected RMS {expected} mm"))
+    if note:
+        parts.append(html.escape(note))
+    return " &nbsp;·&nbsp;&nbsp;".join(parts)
 
-    def _tinted(self, before: str, after: str, better: bool | None) -> str:
-        """Return two values as text; `better` is None where they count as equal."""
-        colours = theme.colours(self.palette())
-        tone = {True: colours.good, False: colours.error, None: colours.text}[better]
-        return f'{before}\u00a0→\u00a0<span style="color:{tone.name()}"><b>{after}</b></span>'
+
+def _in_tone(tone: QColor, text: str) -> str:
+    return f'<span style="color:{tone.name()}">{text}</span>'
+
+
+def _change(before: float, after: float, colours: theme.Colours, certain: bool = True) -> str:
+    """Return two errors [m] as text, coloured as better or worse if that is certain."""
+    differ = certain and abs(after - before) > _EQUAL * max(before, after)
+    tone = (colours.good if after < before else colours.error) if differ else colours.text
+    return _tinted(millimetres(before), f"{millimetres(after)} mm", tone)
+
+
+def _tinted(before: str, after: str, tone: QColor) -> str:
+    """Return two values as text, the second in a tone."""
+    return f"{before}\u00a0→\u00a0{_in_tone(tone, f'<b>{after}</b>')}"
 
 
 _UNKNOWN = "too little known depth nearby to evaluate it"
@@ -144,10 +129,14 @@ class EditSummaryFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._workspace = workspace = context.workspace
-        self.line = EditSummaryLine()
-        context.centre.add_strip(self.line)
         self._change: Edit | None = None
         """The last edit; None for none."""
+        self._effect: EditSummary | None = None
+        """Its effect as far as known."""
+        self._note = ""
+        """What is said of the effect."""
+        self.line = EditSummaryLine(self._text)
+        context.centre.add_strip(self.line)
         self._asked = True
         """Whether its effect is asked for, or not to be."""
         self._before: Completion | None = None
@@ -161,7 +150,6 @@ class EditSummaryFeature(Feature):
         workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         context.runs.state_changed.connect(self._go_on)
         context.runs.resolved.connect(self._tell_resolved)
-        self.line.clear(workspace.has_current)
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
@@ -173,7 +161,7 @@ class EditSummaryFeature(Feature):
 
         If it was undone, they are those after it.
         """
-        self.line.mark_before(on)
+        self.line.draw()
         change = self._change
         if not on or change is None:
             self.context.views.look_back(None)
@@ -187,17 +175,17 @@ class EditSummaryFeature(Feature):
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
         if not self._workspace.is_shown(edit.document):
             return
-        self._change, self._before, self._asked = edit, self._present, False
+        self._change, self._before, self._asked, self._note = edit, self._present, False, ""
         self.requests.forget()
         patch = edit.patch
-        moved = 0 if patch is None else int(np.count_nonzero(patch.before != patch.after))
-        self.line.show_message(_title(edit), EditSummary(moved))
+        self._effect = EditSummary(0 if patch is None else int(np.count_nonzero(patch.before != patch.after)))
+        self.line.draw()
         self._go_on()
 
     def _forget(self) -> None:
         self._change, self._before, self._present, self._asked = None, None, None, True
         self.requests.forget()
-        self.line.clear(self._workspace.has_current)
+        self.line.draw()
         self._note_present()
 
     def _go_on(self) -> None:
@@ -232,7 +220,17 @@ class EditSummaryFeature(Feature):
     def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
         if change is self._change:
             known = effect is None or effect.held_out is not None or effect.by_ground_truth is not None
-            self.line.show_message(_title(change), effect, note or ("" if known or change.patch is None else _UNKNOWN))
+            self._effect, self._note = effect, note or ("" if known or change.patch is None else _UNKNOWN)
+            self.line.draw()
+
+    def _text(self, colours: theme.Colours) -> str:
+        """What the line says: the last edit with its effect, or that the views show the state before it."""
+        if self._change is None:
+            return _in_tone(colours.muted, _EMPTY if self._workspace.has_current else "")
+        title = _title(self._change)
+        if self.context.actions.is_on("show_before_edit"):
+            return _in_tone(colours.accent, f"<b>Before the edit: {html.escape(title)}</b>")
+        return summary_html(title, self._effect, self._note, colours)
 
     def _tell_resolved(self, text: str) -> None:
         if not self.busy:  # after an edit, its summary is shown instead

@@ -243,6 +243,8 @@ class LayoutsFeature(Feature):
         self._menu_bar.setCornerWidget(self._corner)
         self._menu_bar.installEventFilter(self)
         context.centre.turned.connect(self._fit_header)
+        self._apply(self.store.left(self.store.present))
+        self._show()
 
     def _fit_header(self) -> None:
         """Show the layouts that there is room for beside the menus and the view controls; in a narrow window, they are
@@ -267,11 +269,6 @@ class LayoutsFeature(Feature):
 
     def _why_not_own(self) -> str:
         return "" if self.present in OWN else _NOT_OWN
-
-    def begin(self) -> None:
-        """Restore the layout of the last program start."""
-        self._apply(self.store.left(self.store.present))
-        self._show()
 
     @property
     def present(self) -> str:

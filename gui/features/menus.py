@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 
 from PySide6.QtCore import QSettings, QSize, Qt
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QMenu, QMenuBar, QToolBar, QToolButton, QWidget
 
 from ilf.drawing.blocks import STAGES
@@ -15,9 +15,10 @@ from ..base.commands import Actions, plain
 from ..tools.kinds import KINDS
 from ..tools.options_row import BY_HAND, OptionsRow
 from ..views.colours import DEPTH_MAP, DEPTH_MAPS
-from ..views.layouts import CELLS, LAYOUT_TEXTS, LAYOUTS
+from ..views.layouts import CELLS, LAYOUT_TEXTS
 from ..views.linked_views import LinkedViews
 from ..views.view_menus import SidesMenu
+from ..widgets.basics import add_choices
 
 BLOCK_MENU = (
     "run_selected zoom_block | rename_block merge_blocks delete_blocks lock_blocks hide_blocks mark_checked | "
@@ -170,22 +171,9 @@ def fill_menu_bar(
         bar.addMenu(actions.menu(title, bar, names))
 
 
-def _choices(menu: QMenu, texts: Mapping[str, str], chosen: str, choose: Callable[[str], object]) -> dict[str, QAction]:
-    """Add exclusive checkable entries to a menu, and return them by name."""
-    group = QActionGroup(menu)
-    actions = {}
-    for name, text in texts.items():
-        actions[name] = action = menu.addAction(text)
-        action.setCheckable(True)
-        action.setChecked(name == chosen)
-        action.triggered.connect(lambda _=False, name=name: choose(name))
-        group.addAction(action)
-    return actions
-
-
 def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     menu = QMenu("&View set", parent)
-    actions = _choices(menu, LAYOUT_TEXTS, LAYOUTS[0], views.sheet.set_layout)
+    actions = add_choices(menu, LAYOUT_TEXTS, views.sheet.layout_name, views.sheet.set_layout)
     menu.insertSeparator(actions[next(iter(CELLS))])
     views.sheet.layoutChanged.connect(lambda name: actions[name].setChecked(True))
     return menu
@@ -199,7 +187,7 @@ def _depth_map_menu(views: LinkedViews, parent: QWidget, persistent: bool) -> QM
         views.ranges.set_depth_map(name)
         QSettings().setValue(_MAP_KEY, name)
 
-    actions = _choices(menu, {name: name.capitalize() for name in DEPTH_MAPS}, DEPTH_MAP, choose)
+    actions = add_choices(menu, {name: name.capitalize() for name in DEPTH_MAPS}, DEPTH_MAP, choose)
     views.rangeChanged.connect(lambda: actions[views.data.depth_map].setChecked(True))
     stored = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
     if persistent and stored in DEPTH_MAPS:
@@ -211,7 +199,7 @@ def _theme_menu(parent: QWidget) -> QMenu:
     """The themes; the choice is remembered."""
     menu = QMenu("&Theme", parent)
     texts = {name: name.capitalize() for name in theme.THEMES}
-    _choices(menu, texts, str(QSettings().value("theme", "system")), _set_theme)
+    add_choices(menu, texts, str(QSettings().value("theme", "system")), _set_theme)
     return menu
 
 

@@ -44,6 +44,10 @@ class RunsFeature(Feature):
             "Their depth is of other parameters or an earlier state of the block; the views show it in grey"
         )
         self._rest.clicked.connect(lambda: context.actions["run"].trigger())
+        row = context.feature(EditSummaryFeature).line.row
+        row.addWidget(self._rest)
+        row.addStrut(self._rest.sizeHint().height())  # so that the images do not move when it comes
+        self._rest.hide()
         later = Part.RESULTS | Part.SOME_RESULTS | Part.RUNNING
         context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
         context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING | Part.LOADING)
@@ -51,13 +55,6 @@ class RunsFeature(Feature):
         runs.state_changed.connect(lambda: context.feature(RunsPanel), first)
         runs.ended.connect(context.notes.show_message)
         runs.failed.connect(lambda error: context.notes.report("The run failed", error))
-
-    def begin(self) -> None:
-        """Put the button that runs stale blocks beside the summary of the last edit."""
-        row = self.context.feature(EditSummaryFeature).line.row
-        row.addWidget(self._rest)
-        row.addStrut(self._rest.sizeHint().height())  # so that the images do not move when it comes
-        self._rest.hide()
 
     def _offer_rest(self) -> None:
         """Offer to run the blocks with stale depth, unless they are running."""

@@ -28,7 +28,7 @@ from ..base.commands import (
     why_not,
 )
 from ..widgets.basics import Message, give_size, label_of, lay_out, open_once, stack
-from .context import Feature
+from .context import Context, Feature
 from .palette import CommandPalette, command_list, current_entry, list_commands, listed
 from .tools import ToolsFeature
 
@@ -59,6 +59,9 @@ _FIXED = {
 }
 """Keys with a fixed meaning in the whole window."""
 
+_DEFAULT = "default_keys"
+"""The property of an action that stores its keys before the user's."""
+
 Keys = list[QKeySequence]
 
 
@@ -84,7 +87,6 @@ class Keymap(QObject):
         super().__init__(window)
         self._window = window
         self._persistent = persistent
-        self._defaults: dict[str, Keys] = {}
         self._entries: dict[str, ActionEntry] = {}
         self.update()
 
@@ -97,22 +99,15 @@ class Keymap(QObject):
         """Find the actions again, and apply the user's stored keys to new ones."""
         found = {entry.key: entry for entry in action_entries(self._window) if not entry.action.property(TEMPORARY)}
         for key, entry in found.items():
-            known = self._entries.get(key)
-            if known is not None and known.action is entry.action:
+            if entry.action.property(_DEFAULT) is not None:
                 continue
-            self._defaults[key] = entry.action.shortcuts()
-            chosen = self._chosen(key)
-            if chosen is not None:
-                _assign(entry.action, chosen)
+            entry.action.setProperty(_DEFAULT, entry.action.shortcuts())
+            stored = QSettings().value(f"{_KEY}/{_name(key)}") if self._persistent else None
+            if stored is not None:
+                # QSettings returns text with commas as a list
+                text = "; ".join(stored) if isinstance(stored, list) else str(stored)
+                _assign(entry.action, [keys for keys in QKeySequence.listFromString(text) if not keys.isEmpty()])
         self._entries = found
-
-    def default(self, key: str) -> Keys:
-        """Return the default keys of an action."""
-        return self._defaults[key]
-
-    def is_changed(self, key: str) -> bool:
-        """Whether an action has other keys than its default ones."""
-        return self._entries[key].action.shortcuts() != self._defaults[key]
 
     def fixed(self, sequence: QKeySequence) -> str:
         """Return the fixed meaning of a key, which no command can have then; "" for none."""
@@ -127,57 +122,46 @@ class Keymap(QObject):
         return f"{first} {does} and cannot be assigned to a command." if does else ""
 
     def clashes(self, key: str, sequence: QKeySequence) -> list[ActionEntry]:
-        """Return the other actions whose keys equal this sequence, or of which one is the start of the other."""
-        return [
-            entry
-            for entry in self.entries
-            if entry.key != key and any(_overlap(sequence, other) for other in entry.action.shortcuts())
-        ]
+        """Return the other actions that have these keys."""
+        return [entry for entry in self.entries if entry.key != key and sequence in entry.action.shortcuts()]
 
     def assign(self, key: str, keys: Keys) -> None:
         """Assign keys to an action, and remove them from all others."""
-        changes = {key: keys}
-        for sequence in keys:
-            for entry in self.clashes(key, sequence):
-                kept = changes.get(entry.key, entry.action.shortcuts())
-                changes[entry.key] = [other for other in kept if not _overlap(sequence, other)]
-        self._set(changes)
+        others = {other.key: other.action.shortcuts() for sequence in keys for other in self.clashes(key, sequence)}
+        self._set({key: keys, **{other: [one for one in kept if one not in keys] for other, kept in others.items()}})
 
     def reset_all(self) -> None:
         """Restore the default keys of all actions."""
-        self._set(dict(self._defaults))
+        self._set({entry.key: default_keys(entry.action) for entry in self.entries})
 
     def _set(self, changes: dict[str, Keys]) -> None:
         settings = QSettings()
         for key, keys in changes.items():
-            if key in self._entries:
-                _assign(self._entries[key].action, keys)
+            action = self._entries[key].action
+            _assign(action, keys)
             if not self._persistent:
                 continue
-            if keys == self._defaults[key]:
+            if not is_changed(action):
                 settings.remove(f"{_KEY}/{_name(key)}")
             else:
                 settings.setValue(f"{_KEY}/{_name(key)}", QKeySequence.listToString(keys))
         self.changed.emit()
 
-    def _chosen(self, key: str) -> Keys | None:
-        kept = QSettings().value(f"{_KEY}/{_name(key)}") if self._persistent else None
-        if kept is None:
-            return None
-        # QSettings returns text with commas as a list
-        text = "; ".join(kept) if isinstance(kept, list) else str(kept)
-        return [sequence for sequence in QKeySequence.listFromString(text) if not sequence.isEmpty()]
+
+def default_keys(action: QAction) -> Keys:
+    """Return the keys that an action has if the user chooses no others."""
+    return list(action.property(_DEFAULT))
+
+
+def is_changed(action: QAction) -> bool:
+    """Whether an action has other keys than its default ones."""
+    return action.shortcuts() != default_keys(action)
 
 
 def _assign(action: QAction, keys: Keys) -> None:
     """Set an action's keys, also in its tooltip."""
     action.setShortcuts(keys)
     describe(action)
-
-
-def _overlap(one: QKeySequence, other: QKeySequence) -> bool:
-    no_match = QKeySequence.SequenceMatch.NoMatch
-    return one.matches(other) is not no_match or other.matches(one) is not no_match
 
 
 def _name(key: str) -> str:
@@ -256,7 +240,7 @@ class ShortcutsDialog(QDialog):
             for item, entry in list_commands(self.list, self._keymap.entries, self.filter.text()):
                 item.setToolTip(0, entry.hint)
                 font = item.font(2)
-                font.setBold(self._keymap.is_changed(entry.key))
+                font.setBold(is_changed(entry.action))
                 item.setFont(2, font)
                 if present is not None and entry.key == present.key:
                     self.list.setCurrentItem(item)
@@ -265,7 +249,7 @@ class ShortcutsDialog(QDialog):
     def _assign(self, keys: Keys | None) -> None:
         """Assign keys to the selected command; None for its default ones."""
         if (entry := current_entry(self.list)) is not None:
-            self._keymap.assign(entry.key, self._keymap.default(entry.key) if keys is None else keys)
+            self._keymap.assign(entry.key, default_keys(entry.action) if keys is None else keys)
 
     def _choose(self) -> None:
         """Show the keys of the selected command."""
@@ -275,10 +259,10 @@ class ShortcutsDialog(QDialog):
             self.edit.setKeySequence(keys[0] if keys else QKeySequence())
         self.edit.setEnabled(entry is not None)
         self.clear_button.setEnabled(bool(keys))
-        changed = entry is not None and self._keymap.is_changed(entry.key)
+        changed = entry is not None and is_changed(entry.action)
         self.reset_button.setEnabled(changed)
-        self.reset_all_button.setEnabled(any(self._keymap.is_changed(entry.key) for entry in self._keymap.entries))
-        came = keys_text(self._keymap.default(entry.key)) or "none" if entry is not None and changed else ""
+        self.reset_all_button.setEnabled(any(is_changed(one.action) for one in self._keymap.entries))
+        came = keys_text(default_keys(entry.action)) or "none" if entry is not None and changed else ""
         self._say(f"Default: {came}." if came else _HINT)
 
     def _set(self) -> None:
@@ -319,11 +303,14 @@ class ShortcutsFeature(Feature):
 
     at_start = True
 
-    def begin(self) -> None:
-        """Apply the user's keys, if there are any."""
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        context.feature(ToolsFeature).keys.on_unused = self._tell_off
+
+    def apply_keys(self) -> None:
+        """Apply the user's keys, if there are any, to all commands, which are in the menus by now."""
         if self.context.panels.persistent and _KEY in QSettings().childGroups():
             _ = self.keymap
-        self.context.feature(ToolsFeature).keys.on_unused = self._tell_off
 
     @cached_property
     def keymap(self) -> Keymap:

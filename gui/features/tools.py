@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from PySide6.QtCore import Qt
-
 from ilf._runtime.formatting import counted
 
 from ..base.commands import Command, command
@@ -36,20 +34,13 @@ class ToolsFeature(Feature):
         actions.add((*self._choices(), names))
         self.options = OptionsRow(actions)
         self.options.changed.connect(editor.set_option)
-        self.keys = ToolKeys(context.window, editor, context.views)
+        self.keys = ToolKeys(context.window, editor, context.views, actions.held)
         context.views.navigation.set_handler(self._point)
         editor.message.connect(notes.show_message)
         editor.slivers_left.connect(lambda left: notes.offer(f"{counted(left, 'sliver')} left.", actions["clean_up"]))
         editor.failed.connect(lambda error: notes.report("Edges of the frame", error))
         changed = editor.tool_changed, editor.options_changed
         context.refresh.add("tools", self.show, on=Part.FRAME, also=changed)
-
-    def begin(self) -> None:
-        """Connect the keys that switch commands on while held."""
-        actions = self.context.actions
-        for name, one in actions.commands.items():
-            if one.held:
-                self.keys.held[Qt.Key[f"Key_{one.held}"]] = actions[name]
 
     def show(self) -> None:
         """Show the active tool and its options, and a rectangle that was stored with the frame."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -133,18 +133,25 @@ _BY_KEYS = (
 
 class ToolKeys(QObject):
     """Event filter for the keys of the tools: Enter finishes, Backspace removes the last part, Ctrl+Z cancels a stroke;
-    other keys switch an action on while held (`held`). In a view, arrows move the crosshair, and Space or Enter clicks
+    other keys switch an action on while held. In a view, arrows move the crosshair, and Space or Enter clicks
     there; after the mouse was moved, Space pans.
 
     They work in the whole window and its panels, but not in text and number fields and not in dialogs, and only when
     they have an effect. During keyboard navigation in the panels, Space works as usual. When a focused part of the
     window is hidden, the views get the focus; so they do when Enter takes a typed number, or Escape drops it.
+
+    Parameters
+    ----------
+    window : QWidget
+    editor : Editor
+    views : LinkedViews
+    held : mapping of int to QAction
+        Key -> an action that is checked while the key is held.
     """
 
-    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews) -> None:
+    def __init__(self, window: QWidget, editor: Editor, views: LinkedViews, held: Mapping[int, QAction]) -> None:
         super().__init__(window)
-        self.held: dict[int, QAction] = {}
-        """Key -> an action that is checked while the key is held."""
+        self._held = held
         self.on_enter: Callable[[], bool] = lambda: False
         """Called when Enter is pressed and the tool has nothing to finish; returns whether it did anything."""
         self.on_unused: Callable[[QKeyEvent], bool] = lambda event: False
@@ -196,7 +203,7 @@ class ToolKeys(QObject):
                 self._let_go_of_space()  # the key will be released in the popup
         if watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._let_go_of_space()
-            for action in self.held.values():
+            for action in self._held.values():
                 action.setChecked(False)
         return False
 
@@ -214,9 +221,9 @@ class ToolKeys(QObject):
             return event.type() == QEvent.Type.ShortcutOverride
         if not isinstance(watched, QWidget) or not self._applies_to(watched):
             return False
-        if event.key() in self.held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
-            if not event.isAutoRepeat() and self.held[event.key()].isEnabled():
-                self.held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
+        if event.key() in self._held and event.modifiers() == _PLAIN and event.type() != QEvent.Type.ShortcutOverride:
+            if not event.isAutoRepeat() and self._held[event.key()].isEnabled():
+                self._held[event.key()].setChecked(event.type() == QEvent.Type.KeyPress)
             return True
         if not (self._views.isVisible() or self._editor.tool.points_only):  # the point cloud is shown instead
             return False

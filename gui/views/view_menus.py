@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
-from ..widgets.basics import PlainLabel, combo, lay_out, menu_button, page, row
+from ..widgets.basics import PlainLabel, add_choices, combo, lay_out, menu_button, page, row
 from .centre import Centre
 from .layouts import LAYOUT_TEXTS, LAYOUTS
 from .linked_views import LinkedViews
@@ -72,15 +72,11 @@ class SidesMenu(QMenu):
     def fill(self) -> None:
         """Fill the menu with all available depths, with the current one checked."""
         self.clear()
-        data, group = self._views.data, QActionGroup(self)
-        for depth in ("", *data.comparable()):
-            text = short_title(depth, data.names) if depth else "automatic"
-            action = self.addAction(capital(text).replace("&", "&&"))
+        data = self._views.data
+        texts = {"": "Automatic", **{depth: capital(short_title(depth, data.names)) for depth in data.comparable()}}
+        literal = {depth: text.replace("&", "&&") for depth, text in texts.items()}
+        for action in add_choices(self, literal, data.chosen_sides[self._side], self._choose).values():
             action.setProperty(TEMPORARY, True)
-            action.setCheckable(True)
-            action.setChecked(data.chosen_sides[self._side] == depth)
-            group.addAction(action)
-            action.triggered.connect(lambda _=False, depth=depth: self._choose(depth))
 
     def _choose(self, depth: str) -> None:
         sides = list(self._views.data.chosen_sides)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QAction, QFont, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
+from PySide6.QtGui import QAction, QActionGroup, QFont, QHelpEvent, QPainter, QPaintEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QBoxLayout,
@@ -299,6 +299,21 @@ def menu_button(menu: QMenu, text: str, hint: str) -> QToolButton:
     button.setStyleSheet("QToolButton::menu-indicator { image: none; }")
     button.setMenu(menu)
     return button
+
+
+def add_choices(
+    menu: QMenu, texts: Mapping[Any, str], chosen: object, choose: Callable[[Any], object]
+) -> dict[Any, QAction]:
+    """Add entries to a menu, of which one is checked, and return them by their values; `choose` is given the value of
+    one that the user takes."""
+    group, actions = QActionGroup(menu), {}
+    for value, text in texts.items():
+        actions[value] = action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setChecked(value == chosen)
+        action.triggered.connect(lambda _=False, value=value: choose(value))
+        group.addAction(action)
+    return actions
 
 
 def combo(texts: Mapping[Any, str] | Sequence[str], hint: str = "", name: str = "") -> QComboBox:

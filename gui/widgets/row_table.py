@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
 from PySide6.QtCore import (
-    QAbstractTableModel,
     QModelIndex,
     QObject,
     QPersistentModelIndex,
@@ -29,6 +28,8 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPalette,
     QPixmap,
+    QStandardItem,
+    QStandardItemModel,
 )
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -49,7 +50,9 @@ ICON_SIZE = 16
 _ROW_HEIGHT, _ROW_PAD = 26, 6
 _FILLED = "ilf_filled"
 """Property of editors that already contain the cell's text."""
-_SORT_ROLE = Qt.ItemDataRole.UserRole
+_SORT_ROLE, _EDITED_ROLE, _KEY_ROLE = (Qt.ItemDataRole.UserRole + number for number in range(3))
+"""By what rows are sorted, what is edited, and whose row it is."""
+_TICKS = {False: Qt.CheckState.Unchecked, True: Qt.CheckState.Checked}
 _NARROW = 26
 """Width of columns of icons and ticks [px]."""
 
@@ -115,7 +118,7 @@ TableCells = Mapping[int, TableCell]
 """Column -> cell, of one thing."""
 
 
-class RowModel(QAbstractTableModel):
+class RowModel(QStandardItemModel):
     """Rows of cells. Rows change only by `show_rows`: what the user edits is passed on.
 
     Signals
@@ -127,41 +130,79 @@ class RowModel(QAbstractTableModel):
     edited = Signal(object, int, object)
 
     def __init__(self, headings: Mapping[int, Heading], parent: QWidget) -> None:
-        super().__init__(parent)
+        super().__init__(0, len(headings), parent)
         self._widget, self._headings = parent, headings
-        self.keys: list[Any] = []
+        self._shown: dict[Any, TableCells] = {}
+        self._draw_heads()
+
+    @property
+    def keys(self) -> list[Any]:
         """Whose row each is."""
-        self._cells: list[TableCells] = []
+        return [self.index(row, 0).data(_KEY_ROLE) for row in range(self.rowCount())]
 
     def show_rows(self, rows: Mapping[Any, TableCells]) -> None:
         """Show the cells of each key, in this order; rows that stay keep their order. It tells only of what changes, so
         that editors stay open."""
-        for row in reversed(range(len(self.keys))):
-            if self.keys[row] not in rows:
-                self.beginRemoveRows(QModelIndex(), row, row)
-                del self.keys[row], self._cells[row]
-                self.endRemoveRows()
+        for row, key in reversed([*enumerate(self.keys)]):
+            if key not in rows:
+                self.removeRow(row)
+        keys = self.keys
         for row, (key, cells) in enumerate(rows.items()):
-            if row == len(self.keys) or self.keys[row] != key:
-                self.beginInsertRows(QModelIndex(), row, row)
-                self.keys.insert(row, key)
-                self._cells.insert(row, cells)
-                self.endInsertRows()
-            elif self._cells[row] != cells:
-                self._cells[row] = cells
-                self.dataChanged.emit(self.index(row, 0), self.index(row, len(self._headings) - 1))
+            if row == len(keys) or keys[row] != key:
+                keys.insert(row, key)
+                self.insertRow(row, [self._item(key, cells[column], column) for column in self._headings])
+            elif self._shown[key] != cells:
+                self._draw(row, key, cells, self._shown[key])
+        self._shown = dict(rows)
 
     def take_theme(self) -> None:
-        """Tell that icons and colours have changed."""
-        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self._headings) - 1)
-        if self.keys:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self.keys) - 1, len(self._headings) - 1))
+        """Draw icons and colours anew."""
+        self._draw_heads()
+        for row, (key, cells) in enumerate(self._shown.items()):
+            self._draw(row, key, cells, {})
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self.keys)
+    def _draw_heads(self) -> None:
+        for column, heading in self._headings.items():
+            head = QStandardItem(heading.title)
+            head.setToolTip(heading.hint)
+            head.setAccessibleText(heading.title or heading.hint)
+            head.setData(_alignment(heading).value | Qt.TextFlag.TextWordWrap.value, Qt.ItemDataRole.TextAlignmentRole)
+            if heading.icon:
+                head.setIcon(theme.icon(heading.icon, self._widget.palette()))
+            self.setHorizontalHeaderItem(column, head)
 
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(self._headings)
+    def _draw(self, row: int, key: Any, cells: TableCells, former: TableCells) -> None:
+        """Draw the cells of a row that are not as before."""
+        for column in self._headings:
+            if cells[column] != former.get(column):
+                self.setItemData(self.index(row, column), self._roles(key, cells[column], column))
+
+    def _item(self, key: Any, cell: TableCell, column: int) -> QStandardItem:
+        item = QStandardItem()
+        for role, value in self._roles(key, cell, column).items():
+            if value is not None:
+                item.setData(value, role)
+        return item
+
+    def _roles(self, key: Any, cell: TableCell, column: int) -> dict[int, Any]:
+        """What is shown of a cell, by role; None for nothing."""
+        role, heading, font = Qt.ItemDataRole, self._headings[column], QFont(self._widget.font())
+        hint = cell.hint or heading.hint
+        font.setBold(cell.bold)
+        font.setItalic(cell.italic)
+        return {
+            _KEY_ROLE: key,
+            role.DisplayRole: cell.text,
+            _EDITED_ROLE: cell.text if cell.edited is None else cell.edited,
+            _SORT_ROLE: cell.key,
+            role.AccessibleTextRole: cell.said or cell.text,
+            role.DecorationRole: cell.icon and self._decoration(cell.icon, heading.kind == "icon"),
+            role.TextAlignmentRole: _alignment(heading),
+            role.ForegroundRole: getattr(theme.colours(self._widget.palette()), cell.tone) if cell.tone else None,
+            role.FontRole: font if cell.bold or cell.italic else None,
+            role.CheckStateRole: _TICKS[cell.ticked] if heading.kind == "tick" else None,
+            role.ToolTipRole: hint if hint.startswith("<p>") else literal_text(hint),
+        }
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         kind, flags = self._headings[index.column()].kind, Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -169,57 +210,16 @@ class RowModel(QAbstractTableModel):
             return flags | Qt.ItemFlag.ItemIsUserCheckable
         return flags | Qt.ItemFlag.ItemIsEditable if kind == "edited" else flags
 
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        if orientation != Qt.Orientation.Horizontal:
-            return None
-        heading = self._headings[section]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return heading.title
-        if role == Qt.ItemDataRole.ToolTipRole:
-            return heading.hint
-        if role == Qt.ItemDataRole.AccessibleTextRole:
-            return heading.title or heading.hint
-        if role == Qt.ItemDataRole.DecorationRole and heading.icon:
-            return theme.icon(heading.icon, self._widget.palette())
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(heading).value | Qt.TextFlag.TextWordWrap.value
-        return None
-
-    def data(self, index: Index, role: int = 0) -> Any:
-        heading, cell = self._headings[index.column()], self._cells[index.row()][index.column()]
-        if role == Qt.ItemDataRole.DisplayRole:
-            return cell.text
-        if role == Qt.ItemDataRole.EditRole:
-            return cell.text if cell.edited is None else cell.edited
-        if role == Qt.ItemDataRole.AccessibleTextRole:
-            return cell.said or cell.text
-        if role == _SORT_ROLE:
-            return cell.key
-        if role == Qt.ItemDataRole.DecorationRole and cell.icon is not None:
-            return self._decoration(cell.icon, heading.kind == "icon")
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(heading)
-        if role == Qt.ItemDataRole.ForegroundRole and cell.tone:
-            return getattr(theme.colours(self._widget.palette()), cell.tone)
-        if role == Qt.ItemDataRole.FontRole and (cell.bold or cell.italic):
-            font = QFont(self._widget.font())
-            font.setBold(cell.bold)
-            font.setItalic(cell.italic)
-            return font
-        if role == Qt.ItemDataRole.CheckStateRole and heading.kind == "tick":
-            return Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
-        if role == Qt.ItemDataRole.ToolTipRole:
-            hint = cell.hint or heading.hint
-            return hint if hint.startswith("<p>") else literal_text(hint)
-        return None
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        return super().data(index, _EDITED_ROLE if role == Qt.ItemDataRole.EditRole else role)
 
     def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
-        key = self.keys[index.row()]
+        key = index.data(_KEY_ROLE)
         if role == Qt.ItemDataRole.CheckStateRole:
             self.edited.emit(key, index.column(), Qt.CheckState(value) == Qt.CheckState.Checked)
             return True
         text = str(value).strip()
-        if text == self.data(index, Qt.ItemDataRole.EditRole):
+        if text == index.data(_EDITED_ROLE):
             return False
         self.edited.emit(key, index.column(), text)
         return True
@@ -354,7 +354,7 @@ class RowTable(Themed, QTableView):
 
     def key_of(self, index: Index) -> Any:
         """Return the key of the row of an index."""
-        return self.rows.keys[self.proxy.mapToSource(index).row()]
+        return index.data(_KEY_ROLE)
 
     def chosen(self) -> list[Any]:
         """Return the keys of the selected rows, in table order."""
@@ -383,7 +383,7 @@ class RowTable(Themed, QTableView):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)
-        if not self.rows.keys:
+        if not self.rows.rowCount():
             paint_hint(self, self.hint)
 
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 import ilf
 from gui.features.blocks.feature import block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export
 from ilf.run.options import ExportOptions
@@ -139,8 +140,10 @@ def test_a_filter_without_its_network_is_told_of_in_the_log_and_in_the_table(ope
     run_all(opened)
     assert "Canny's edges replace" in said[0]
     assert said[0] in opened.log.text.toPlainText()
-    rows = block_rows(workspace.current, opened.runs.current)
-    assert [row.detail.splitlines()[-1] for row in rows] == list(workspace.current.completion().notes) * len(rows)
+    rows = block_rows(workspace.current, opened.runs.current).values()
+    assert [row[BlockColumn.STATE].hint.splitlines()[-1] for row in rows] == list(
+        workspace.current.completion().notes
+    ) * len(rows)
 
 
 def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_path):

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QSlider
 
 import ilf
 from gui.features.blocks.feature import block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.features.curves import CurvesFeature
 from gui.features.filter import FilterPanel
 from gui.state.parts import Part
@@ -34,7 +35,8 @@ def _results(window) -> dict[int, BlockResult]:
 
 def _states(window) -> dict[int, str]:
     workspace = window.workspace
-    return {row.label: row.state for row in block_rows(workspace.current, window.runs.current)}
+    rows = block_rows(workspace.current, window.runs.current)
+    return {label: row[BlockColumn.STATE].hint.splitlines()[0] for label, row in rows.items()}
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["values of all blocks", "values of the chosen block"])

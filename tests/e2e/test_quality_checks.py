@@ -6,6 +6,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDockWidget
 
 from gui.features.blocks.feature import BlocksFeature, block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.features.expected_error import ErrorFeature
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.quality import QualityPanel
@@ -187,9 +188,9 @@ def test_suspect_depth_and_blocks_at_a_limit_are_marked(window, qtbot, tmp_path,
     outcome = workspace.current.completion().outcomes[1]
     assert outcome.suspect == np.count_nonzero(speck)
     assert np.array_equal(window.views.cells["depth-out"].view.striped["suspect"], speck)
-    row = block_rows(workspace.current, window.runs.current)[0]
-    assert (row.state, outcome.message in row.detail) == ("iteration limit", True)
-    assert "limit of steps" in row.detail
+    said = block_rows(workspace.current, window.runs.current)[1][BlockColumn.STATE].hint
+    assert (said.splitlines()[0], outcome.message in said) == ("iteration limit", True)
+    assert "limit of steps" in said
     assert workspace.current.summary().not_converged == 1
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
@@ -27,58 +26,56 @@ from ...state.frame_data import BlockCounts
 from ...state.parameters import parameter_labels
 from ...state.parts import Part
 from ...widgets.docks import PanelGroup
+from ...widgets.row_table import TableCells
 from ...work.frame_runs import FrameRuns
 from ..context import Context
 from ..menus import BLOCK_MENU
 from ..panel import Panel
 from ..views import ViewsFeature
 from .commands import BlockCommands
-from .table import BlockRow, BlockTable
+from .table import BlockTable, block_cells
 
 # The rows of the table of blocks.
 
 
 def block_rows(
     document: Document, runs: FrameRuns, errors: Mapping[int, float] | None = None, errors_are_expected: bool = False
-) -> list[BlockRow]:
+) -> dict[int, TableCells]:
     """Rows of the current frame: one per block that has pixels, or is selected for painting; with their known errors
     [m]."""
-    results = document.valid_results()
+    results, queued, own = document.valid_results(), runs.queued, document.blocks.own
     counts = {label: BlockCounts(0, 0) for label in document.selected} | document.counts()
-    queued = runs.queued
-    rows = []
-    for label, count in counts.items():
-        anew = label in runs.resolving
-        records = [] if anew else document.results.live.get(label, [])
-        result = results.get(label)
-        row = BlockRow(
-            label,
+    return {
+        label: block_cells(
             document.info(label),
             count,
+            *_progress(document, label, results.get(label), label in queued, label in runs.resolving),
+            own=", ".join(parameter_labels(own[label])) if label in own else "",
+            look=_check_reason(document, label),
             error=(errors or {}).get(label, math.nan),
             error_is_expected=errors_are_expected,
-            look=_check_reason(document, label),
-            own=", ".join(parameter_labels(document.blocks.own[label])) if label in document.blocks.own else "",
         )
-        if records:
-            row = replace(row, state="running", iterations=len(records), sigma_i=records[-1].sigma_i)
-        elif label in queued:
-            row = replace(row, state="queued")
-        elif result is not None:
-            outcome = result.outcome
-            values = document.parameters_of(label)
-            outdated = not anew and not result.parameters.same_effect(values)
-            row = replace(
-                row,
-                state="values changed" if outdated else str(outcome.status),
-                detail=_detail(result, values if outdated else None),
-                iterations=outcome.iterations,
-                sigma_i=outcome.sigma_i,
-            )
-        elif label in document.results.kept:
-            row = replace(row, state="edited", detail="The block has changed since its last run.")
-        rows.append(row)
-    return rows
+        for label, count in counts.items()
+    }
+
+
+def _progress(
+    document: Document, label: int, result: BlockResult | None, queued: bool, anew: bool
+) -> tuple[str, str, int, float]:
+    """State of a block, and what is said of it; its iterations, and the last deviation [m]. `anew`: it is completed
+    again."""
+    records = [] if anew else document.results.live.get(label, [])
+    if records:
+        return "running", "", len(records), records[-1].sigma_i
+    if queued:
+        return "queued", "", 0, math.nan
+    if result is None:
+        edited = "edited", "The block has changed since its last run."
+        return *(edited if label in document.results.kept else ("ready", "")), 0, math.nan
+    outcome, values = result.outcome, document.parameters_of(label)
+    outdated = not anew and not result.parameters.same_effect(values)
+    state = "values changed" if outdated else str(outcome.status)
+    return state, _detail(result, values if outdated else None), outcome.iterations, outcome.sigma_i
 
 
 def _check_reason(document: Document, label: int) -> str:
@@ -175,7 +172,7 @@ class BlocksFeature(Panel):
         """Update the rows and the selection, and have the results evaluated again if they have changed."""
         table, workspace = self.table, self.context.workspace
         if not workspace.has_current:
-            table.set_rows([])
+            table.set_rows({})
             self._show_hint()
             return
         document = workspace.current

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from enum import IntEnum
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, QModelIndex, QSettings, QSignalBlocker, Qt, Signal
@@ -16,7 +15,7 @@ from ilf.data.blocks import BlockInfo
 
 from ...state.frame_data import BlockCounts
 from ...state.workspace import Workspace
-from ...widgets.row_table import Heading, RowTable, TableCell
+from ...widgets.row_table import Heading, RowTable, TableCell, TableCells
 
 # state -> icon, name of its colour in theme.Colours
 _STATES = {
@@ -30,49 +29,6 @@ _STATES = {
     "values changed": ("ph.arrows-clockwise", "warning"),
     "edited": ("ph.pencil-simple", "warning"),
 }
-
-
-@dataclass(frozen=True)
-class BlockRow:
-    """Row of the table for one block.
-
-    Attributes
-    ----------
-    label : int
-        Label in the label map, > 0; identifies the row.
-    info : BlockInfo
-        Name, colour, whether it is shown and locked.
-    counts : BlockCounts
-        Pixels, and the share of them without depth.
-    state : str
-        "ready", "queued", "running", "values changed", "edited", or the value of a `Status`.
-    detail : str
-        Tooltip of the state.
-    iterations : int
-        Number of iterations so far.
-    sigma_i : float
-        Deviation of the last iteration [m]; NaN if there was none.
-    own : str
-        Names of the block's own parameters; "" for none.
-    look : str
-        Why a propagated block needs checking; "" if it does not.
-    error : float
-        Root mean square error [m]; NaN if unknown.
-    error_is_expected : bool
-        Whether it is an estimate only.
-    """
-
-    label: int
-    info: BlockInfo
-    counts: BlockCounts
-    state: str = "ready"
-    detail: str = ""
-    iterations: int = 0
-    sigma_i: float = math.nan
-    own: str = ""
-    look: str = ""
-    error: float = math.nan
-    error_is_expected: bool = False
 
 
 class BlockColumn(IntEnum):
@@ -127,15 +83,46 @@ _HEADINGS: dict[int, Heading] = {
 }
 
 
-def _cells(row: BlockRow) -> dict[int, TableCell]:
+def block_cells(
+    info: BlockInfo,
+    counts: BlockCounts,
+    state: str = "ready",
+    detail: str = "",
+    iterations: int = 0,
+    sigma_i: float = math.nan,
+    *,
+    own: str = "",
+    look: str = "",
+    error: float = math.nan,
+    error_is_expected: bool = False,
+) -> TableCells:
     """Return what the table shows of a block. The first click on a header sorts ascending, and should show the worst
-    block first."""
-    info, counts = row.info, row.counts
-    look = f"Propagated block, needs checking: {row.look}" if row.look else ""
-    own = f"Own parameters: {row.own}" if row.own else ""
+    block first.
+
+    Parameters
+    ----------
+    info : BlockInfo
+    counts : BlockCounts
+    state, detail : str
+        "ready", "queued", "running", "values changed", "edited", or the value of a `Status`; and the tooltip of it.
+    iterations : int
+        Number of iterations so far.
+    sigma_i : float
+        Deviation of the last iteration [m]; NaN if there was none.
+    own : str
+        Names of the block's own parameters; "" for none.
+    look : str
+        Why a propagated block needs checking; "" if it does not.
+    error : float
+        Root mean square error [m]; NaN if unknown.
+    error_is_expected : bool
+        Whether it is an estimate only.
+    """
+    look = f"Propagated block, needs checking: {look}" if look else ""
+    own = f"Own parameters: {own}" if own else ""
     tone = "" if info.visible else "muted"
-    of_error = tone or ("muted" if row.error_is_expected else "")
-    iterations, sigma = str(row.iterations or ""), f"{1000 * row.sigma_i:.3f}"
+    of_error = tone or ("muted" if error_is_expected else "")
+    sigma = "" if math.isnan(sigma_i) else f"{1000 * sigma_i:.3f}"
     return {
         BlockColumn.COLOUR: TableCell(key=QColor(*info.colour).hsvHueF(), icon=info.colour),
         BlockColumn.NAME: TableCell(
@@ -146,9 +133,9 @@ def _cells(row: BlockRow) -> dict[int, TableCell]:
             tone or ("accent" if own else ""),
         ),
         BlockColumn.MISSING: TableCell(f"{100 * counts.defect_rate:.1f} %", -counts.defect_rate, tone=tone),
-        BlockColumn.ERROR: TableCell(millimetres(row.error), _last_if_unknown(-row.error), tone=of_error),
+        BlockColumn.ERROR: TableCell(millimetres(error), _last_if_unknown(-error), tone=of_error),
         BlockColumn.STATE: TableCell(
-            key=list(_STATES).index(row.state), hint=_lines(look, row.state, row.detail), icon=_STATES[row.state]
+            key=list(_STATES).index(state), hint=_lines(look, state, detail), icon=_STATES[state]
         ),
         BlockColumn.VISIBLE: TableCell(
             key=int(info.visible), icon=("ph.eye", "text") if info.visible else ("ph.eye-slash", "muted")
@@ -157,10 +144,8 @@ def _cells(row: BlockRow) -> dict[int, TableCell]:
             key=int(info.locked),
             icon=("ph.lock-simple", "text") if info.locked else ("ph.lock-simple-open", "muted"),
         ),
-        BlockColumn.ITERATIONS: TableCell(iterations, row.iterations, tone=tone),
-        BlockColumn.SIGMA: TableCell(
-            "" if math.isnan(row.sigma_i) else sigma, _last_if_unknown(row.sigma_i), tone=tone
-        ),
+        BlockColumn.ITERATIONS: TableCell(str(iterations or ""), iterations, tone=tone),
+        BlockColumn.SIGMA: TableCell(sigma, _last_if_unknown(sigma_i), tone=tone),
         BlockColumn.PIXELS: TableCell(grouped(counts.pixels), counts.pixels, tone=tone),
     }
 
@@ -205,16 +190,15 @@ class BlockTable(RowTable):
         for column in _OPTIONAL:
             self.setColumnHidden(column, column.name in names)
         self.selectionModel().selectionChanged.connect(lambda *_: self.labelsSelected.emit(self.chosen()))
-        self._shown: dict[int, BlockRow] = {}
 
-    def set_rows(self, rows: Iterable[BlockRow]) -> None:
-        """Show these rows; selection, scroll position and sorting stay, equal rows are not updated.
+    def set_rows(self, rows: Mapping[int, TableCells]) -> None:
+        """Show the cells of blocks by their labels; selection, scroll position and sorting stay, equal rows are not
+        updated.
 
         `labelsSelected` is not emitted: the caller knows the removed rows.
         """
-        self._shown = {row.label: row for row in sorted(rows, key=lambda row: row.label)}
         with QSignalBlocker(self):
-            self.rows.show_rows({label: _cells(row) for label, row in self._shown.items()})
+            self.rows.show_rows(dict(sorted(rows.items())))
 
     def select(self, labels: Iterable[int]) -> None:
         """Select these blocks and no others, and bring the first into view; `labelsSelected` is not emitted."""
@@ -245,16 +229,17 @@ class BlockTable(RowTable):
         index = self.indexAt(event.position().toPoint())
         if event.button() != Qt.MouseButton.LeftButton or index.column() not in _CLICKED:
             return False
-        row = self._shown[self.key_of(index)]
+        label, document = self.key_of(index), self._workspace.current
+        info = document.info(label)
         if index.column() == BlockColumn.VISIBLE:
-            self._workspace.current.set_visible(row.label, not row.info.visible)
+            document.set_visible(label, not info.visible)
         elif index.column() == BlockColumn.LOCKED:
-            self._workspace.current.set_lock(row.label, not row.info.locked)
+            document.set_lock(label, not info.locked)
         else:
-            colour = QColorDialog.getColor(QColor(*row.info.colour), self, f"Colour of {row.info.name}")
+            colour = QColorDialog.getColor(QColor(*info.colour), self, f"Colour of {info.name}")
             if colour.isValid():
                 rgb = colour.red(), colour.green(), colour.blue()
-                self._workspace.current.edit_info(row.label, "Recolour block", colour=rgb)
+                document.edit_info(label, "Recolour block", colour=rgb)
         return True
 
     def column_menu(self) -> QMenu:

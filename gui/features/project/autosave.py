@@ -39,11 +39,8 @@ class AutosaveFeature(Feature):
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
         context.recorder.kept.connect(self._tell_kept)
-
-    def begin(self) -> None:
-        """Start the autosave and the recovery, in a window that stores settings."""
-        if self.context.panels.persistent:
-            self.context.recorder.start()
+        if context.panels.persistent:
+            context.recorder.start()
             self._search.ask(lambda: find_recoverable_work(autosave_folder()), self._offer)
 
     def shutdown(self) -> None:

@@ -166,9 +166,14 @@ class CloudCanvas(QWidget):
         self._set_pixel(None)
         self.update()
 
-    def set_drawing(self, point_size: int | None, shaded: bool) -> None:
-        """Set the point size in logical pixels (None: from density), and eye-dome lighting."""
-        self.point_size, self.shaded = point_size, shaded
+    def set_point_size(self, size: int | None) -> None:
+        """Set the point size in logical pixels (None: from density)."""
+        self.point_size = size
+        self._redraw()
+
+    def set_shaded(self, on: bool) -> None:
+        """Draw with eye-dome lighting, or without."""
+        self.shaded = on
         self._redraw()
 
     def set_depths(self, low: float, high: float) -> None:

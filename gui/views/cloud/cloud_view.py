@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QBrush
+from PySide6.QtGui import QAction, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
-from ...widgets.basics import PlainLabel, Themed, lay_out, menu_button
+from ...widgets.basics import PlainLabel, Themed, add_choices, lay_out, menu_button
 from ..title_strip import TitleStrip
 from .canvas import DIRECTIONS, EMPTY_TEXT, CloudCanvas
 from .scene import ColourBy, Scene
@@ -81,8 +81,8 @@ class DepthClip(QWidget):
                 slider.setValue(round(_STEPS * (shown - start) / (end - start)))
 
 
-_LARGEST_SIZE = 4
-"""Largest side of a point that can be chosen [logical px]."""
+_SIZES = range(1, 5)
+"""Sides of a point that can be chosen [logical px]."""
 
 
 class CloudView(Themed, QWidget):
@@ -162,13 +162,10 @@ class CloudView(Themed, QWidget):
         """Create the tool bar; without room, the last items move to its extension."""
         self._bar = bar = QToolBar("3D", self)
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-        self._colours, self._choices = QMenu(self), {}
+        self._colours = QMenu(self)
         self._colours.setToolTipsVisible(True)
-        group = QActionGroup(self._colours)
-        for choice in ColourBy:
-            self._choices[choice] = action = _checkable(self._colours, choice.text, choice is self.colour_by)
-            action.triggered.connect(lambda _, choice=choice: self.set_colour_by(choice))
-            group.addAction(action)
+        texts = {choice: choice.text for choice in ColourBy}
+        self._choices = add_choices(self._colours, texts, self.colour_by, self.set_colour_by)
         self._colour_button = menu_button(self._colours, f"{self.colour_by.text} \u25be", "What colours the points")
         bar.addWidget(self._colour_button)
         bar.addSeparator()
@@ -189,20 +186,12 @@ class CloudView(Themed, QWidget):
         menu.addSeparator()
         self._shading = _checkable(menu, "&Shading", True)
         self._shading.setToolTip("Darken points behind their neighbours")
-        sizes = menu.addMenu("&Point size")
-        self._sizes = QActionGroup(sizes)
-        for size in range(_LARGEST_SIZE + 1):
-            action = _checkable(sizes, f"{size} px" if size else "Distance to neighbouring points", size == 0)
-            action.setData(size or None)
-            self._sizes.addAction(action)
-        for signal in (self._shading.toggled, self._sizes.triggered):
-            signal.connect(lambda _: self._set_drawing())
+        self._shading.toggled.connect(self.canvas.set_shaded)
+        sizes: dict[int | None, str] = {None: "Distance to neighbouring points"}
+        sizes |= {size: f"{size} px" for size in _SIZES}
+        self._sizes = add_choices(menu.addMenu("&Point size"), sizes, None, self.canvas.set_point_size)
         menu.addSeparator()
         return menu
-
-    def _set_drawing(self) -> None:
-        size = self._sizes.checkedAction().data()
-        self.canvas.set_drawing(point_size=size, shaded=self._shading.isChecked())
 
     def _show_clip(self, on: bool) -> None:
         self.clip.setVisible(on)

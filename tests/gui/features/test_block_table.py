@@ -1,22 +1,26 @@
 """The block table keeps its place while rows change, and reports what the user wants."""
 
-from dataclasses import replace
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog, QLineEdit
 
-from gui.features.blocks.table import BlockColumn, BlockRow, BlockTable
+from gui.features.blocks.table import BlockColumn, BlockTable, block_cells
 from gui.state.frame_data import BlockCounts
+from gui.widgets.row_table import TableCells
 from ilf.data.blocks import BlockInfo
 
 
-def _rows(count: int) -> list[BlockRow]:
-    return [
-        BlockRow(label, BlockInfo(f"Block {label}", (200, 80, 40)), BlockCounts(1000 * label, 750 * label))
-        for label in range(1, count + 1)
-    ]
+def _rows(*labels: int, **more: object) -> dict[int, TableCells]:
+    """Rows of blocks, of which the last has more than name and pixels."""
+    return {
+        label: block_cells(
+            BlockInfo(f"Block {label}", (200, 80, 40)),
+            BlockCounts(1000 * label, 750 * label),
+            **(more if label == labels[-1] else {}),
+        )
+        for label in labels
+    }
 
 
 class _Edits:
@@ -25,6 +29,9 @@ class _Edits:
     def __init__(self) -> None:
         self.made = []
         self.current = self
+
+    def info(self, label):
+        return BlockInfo(f"Block {label}", (200, 80, 40))
 
     def set_visible(self, label, on):
         self.made.append((label, on))
@@ -44,7 +51,7 @@ def edits():
 @pytest.fixture
 def table(shown, edits):
     table = BlockTable(edits)
-    table.set_rows(_rows(12))
+    table.set_rows(_rows(*range(1, 13)))
     return shown(table, 700, 300)
 
 
@@ -58,7 +65,7 @@ def _names(table: BlockTable) -> list[str]:
 
 
 def test_only_a_block_that_needs_a_look_says_why(table):
-    table.set_rows([replace(row, look="It is new." if row.label == 2 else "") for row in _rows(3)])
+    table.set_rows(_rows(1, 2, look="It is new.") | _rows(3))
     names = [table.model().index(row, BlockColumn.NAME) for row in range(3)]
     assert ["It is new." in name.data(Qt.ItemDataRole.ToolTipRole) for name in names] == [False, True, False]
     assert [name.data(Qt.ItemDataRole.DecorationRole) is not None for name in names] == [False, True, False]
@@ -68,9 +75,9 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     table.sortByColumn(BlockColumn.PIXELS, Qt.SortOrder.DescendingOrder)
     table.select([3, 5])
     with qtbot.assertNotEmitted(table.labelsSelected):
-        table.set_rows([row for row in _rows(14) if row.label != 7])
+        table.set_rows(_rows(*{*range(1, 15)} - {7}))
         assert table.chosen() == [5, 3]
-        table.set_rows([row for row in _rows(14) if row.label not in (5, 7)])
+        table.set_rows(_rows(*{*range(1, 15)} - {5, 7}))
     assert table.chosen() == [3]
     assert _names(table)[0] == "Block 14"
     assert "Block 7" not in _names(table)
@@ -128,8 +135,7 @@ def test_the_rest_of_the_columns_comes_on_demand_and_is_remembered(table, edits,
 def test_names_sort_by_number_and_missing_sigma_comes_last(table):
     table.sortByColumn(BlockColumn.NAME, Qt.SortOrder.AscendingOrder)
     assert _names(table)[1::8] == ["Block 2", "Block 10"]
-    rows = _rows(3)
-    table.set_rows([rows[0], replace(rows[1], sigma_i=0.2), replace(rows[2], sigma_i=0.1)])
+    table.set_rows(_rows(1, 2, sigma_i=0.2) | _rows(3, sigma_i=0.1))
     table.sortByColumn(BlockColumn.SIGMA, Qt.SortOrder.AscendingOrder)
     assert _names(table) == ["Block 3", "Block 2", "Block 1"]
 

@@ -7,6 +7,7 @@ import pytest
 
 import ilf
 from gui.features.blocks.feature import block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.state.document import Document
 from gui.state.parts import Part
 from gui.work.frame_runs import RunController
@@ -70,7 +71,8 @@ def test_blocks_are_taken_and_given_back_as_one_step(workspace, document, propag
 def test_a_block_needs_no_look_once_it_is_edited_or_looked_at(workspace, document, propagated):
     workspace.take_propagated(document, propagated, "Carry blocks")
     runs = RunController(workspace)
-    assert [row.look for row in block_rows(document, runs.current)] == ["", REASON]
+    rows = block_rows(document, runs.current).values()
+    assert [REASON in row[BlockColumn.NAME].hint for row in rows] == [False, True]
     workspace.current.mark_checked([1])
     assert document.undo_stack.count() == 1  # it needs none
     workspace.current.mark_checked([1, 2])

@@ -205,11 +205,11 @@ def test_the_menus_of_the_bar_choose_colours_size_and_shading(view):
     view._choices[ColourBy.DEPTH].trigger()
     assert view.colour_by is ColourBy.DEPTH
     assert view._colour_button.text().startswith(ColourBy.DEPTH.text)
-    view._sizes.actions()[3].trigger()
+    view._sizes[3].trigger()
     assert (view.canvas.point_size, view.canvas.shaded) == (3, True)
     view._shading.trigger()
     assert (view.canvas.point_size, view.canvas.shaded) == (3, False)
-    view._sizes.actions()[0].trigger()
+    view._sizes[None].trigger()
     assert view.canvas.point_size is None
 
 

@@ -1,9 +1,14 @@
 """Depth that follows edits, and the line that says what they did, without a window."""
 
+import math
+
 import numpy as np
 import pytest
+from PySide6.QtGui import QPalette
 
 import ilf
+from gui.base.theme import colours
+from gui.features.edit_summary import summary_html
 from gui.work.frame_runs import LiveSolver, RunState
 from ilf.data.guide import Guide
 from ilf.evaluation.edit_summary import EditSummary
@@ -176,22 +181,24 @@ def test_other_blocks_and_other_depth_leave_no_word_of_the_last_edit(bench, solv
     until(lambda: not summary.busy and bench.runs.state is RunState.IDLE)
 
 
-def test_better_is_green_and_worse_is_red(line):
-    def tones() -> list[str]:
-        return [part[:7] for part in line.label.text().split("color:")[1:]]
+def _text(*effect: object, margin: float = math.inf) -> tuple[str, list[str]]:
+    """What is said of an effect, and its tones."""
+    text = summary_html("Edit", EditSummary(3, *effect, margin=margin), "", colours(QPalette()))
+    return text, [part[:7] for part in text.split("color:")[1:]]
 
-    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.3), 50, (0.05, 0.04), margin=0.05))
-    better, worse = tones()
+
+def test_better_is_green_and_worse_is_red(qapp):
+    text, (better, worse) = _text(None, None, (0.2, 0.3), 50, (0.05, 0.04), margin=0.05)
     assert better != worse
-    assert "±" not in line.label.text()
+    assert "±" not in text
     # neither within the margin, nor by the expected error, nor by pixels that are filled
-    line.show_message("Edit", EditSummary(3, (500, 900), (0.05, 0.01), (0.2, 0.1), 50, (0.05, 0.0501), margin=0.15))
-    assert not {better, worse} & set(tones())
-    assert "200\u00a0→\u00a0" in line.label.text()
-    assert "(±150 mm)" in line.label.text()
-    line.show_message("Edit", EditSummary(3, None, None, (0.2, 0.1), 50))
-    assert not {better, worse} & set(tones()), "of an unknown margin"
-    assert "±" not in line.label.text()
+    text, tones = _text((500, 900), (0.05, 0.01), (0.2, 0.1), 50, (0.05, 0.0501), margin=0.15)
+    assert not {better, worse} & set(tones)
+    assert "200\u00a0→\u00a0" in text
+    assert "(±150 mm)" in text
+    text, tones = _text(None, None, (0.2, 0.1), 50)
+    assert not {better, worse} & set(tones), "of an unknown margin"
+    assert "±" not in text
 
 
 def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(bench, solver, line, until, monkeypatch):
@@ -205,7 +212,6 @@ def test_an_edit_is_judged_by_the_truth_first_also_by_one_that_is_loaded_later(b
     bench.workspace.current.set_ground_truth(np.full(bench.document.frame.shape, 2.0, np.float32))
     until(lambda: "ground truth 100\u00a0→\u00a0" in line.label.text())
     assert "too little known depth" not in line.label.text()
-    line.show_message("Edit", EditSummary(3, None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06)))
-    words = line.label.text()
+    words, _ = _text(None, (0.05, 0.04), (0.2, 0.3), 50, (0.1, 0.06))
     assert "ground truth 100\u00a0→\u00a0" in words
     assert words.index("ground truth") < words.index("hold-out") < words.index("expected RMS")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from gui.features.blocks.feature import block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
 from ilf import preset
@@ -186,8 +187,8 @@ def test_blocks_that_wait_for_the_correction_stay_when_a_run_is_cancelled(bench)
     assert bench.document.changed_blocks() == [2]
     assert "2 blocks" in bench.said[0]
     assert bench.said[0].endswith(" 1 block without the learned correction: run again (F5).")
-    row = next(row for row in block_rows(bench.document, bench.runs.current) if row.label == 2)
-    assert row.detail.startswith("The result, completed, waits for the learned correction.")
+    row = block_rows(bench.document, bench.runs.current)[2]
+    assert "The result, completed, waits for the learned correction." in row[BlockColumn.STATE].hint
 
 
 def second_depth(bench) -> np.ndarray:
