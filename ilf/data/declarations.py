@@ -109,16 +109,19 @@ class Declaration:
         number = f"{value:g}" if isinstance(value, float) else to_text(value)
         return f"{number} {self.unit}".strip()
 
+    def _is_choice(self, value: object) -> bool:
+        return isinstance(value, str) and value in self.choices
+
     def checked(self, value: object) -> Any:
         """Return `value` in the parameter's type; raise ParameterError if it is of another type or out of range."""
         if self.kind is tuple:
-            if isinstance(value, str) or not isinstance(value, Collection) or not set(value) <= set(self.choices):
+            if isinstance(value, str) or not isinstance(value, Collection) or not all(map(self._is_choice, value)):
                 raise self._refusal(f"any of {', '.join(self.choices)}", value)
             return tuple(dict.fromkeys(value))
         if self.or_none and value is None:
             return None
         if self.choices:
-            if value not in self.choices:
+            if not self._is_choice(value):
                 raise self._refusal(f"one of {', '.join(self.choices)}", value)
             return str(value)
         if self.kind is str:

@@ -62,7 +62,7 @@ def read_settings(path: Path) -> None:
     window.panels.size_window()
     CommandPalette(window, True).deleteLater()
     Keymap(window, True).deleteLater()
-    stored_options()
+    stored_options(1000)
     save_folder()
     last_folder("open/folder")
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)  # otherwise every case leaves a dialog

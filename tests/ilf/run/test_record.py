@@ -144,6 +144,7 @@ def test_a_record_that_lacks_something_is_refused(record_path, keys):
         ("drawn", {"file": "drawn.png"}), ("parameters", "smoothness", 10**400), ("parameters", "mode", "magic"),
         ("block_parameters", {"1": 5}),
         ("block_parameters", {"1": {"self": 1}}), ("extraction", []), ("extraction", "dilation", 1.5), ("networks", {}),
+        ("extraction", "detector", {}), ("export", "depth_formats", [[1]]),
         ("networks", "filter", {"edges": None}), ("blocks", {}), ("blocks", "shape", [60]), ("blocks", "edited", 1),
         ("blocks", "file", "../in/depth.png"), ("extrapolate", 1), ("export", "depth_units", 10**400),
         ("export", "depth_formats", "png"), ("export", "depth_formats", [1]), ("export", "cloud", "obj"),
