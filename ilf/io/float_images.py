@@ -69,8 +69,9 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
             usable = [only] if only and (not is_other_name(only) or "disparity" in names) else names
             name = next((name for name in usable if name in members), None)
             if name is None:
-                has = f"it has {', '.join(sorted(members)) or 'none'!s:.80}"
-                raise FormatError(f"{file} has no array named {', '.join(names)}: {has}. Save the one to use as {names[0]}.")
+                held = ", ".join(sorted(members)) or "none"
+                told = f"{file} has no array named {', '.join(names)}: it has {held:.80}"
+                raise FormatError(f"{told}. Save the one to use as {names[0]}.")
             data = np.frombuffer(zip_member(archive, members[name], MAX_FILE_BYTES), np.uint8)
     except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
