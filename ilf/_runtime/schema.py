@@ -49,6 +49,13 @@ T = TypeVar("T")
 PlainName = Annotated[str, msgspec.Meta(pattern=r"\A(?!\.{1,2}\Z)[^/\\\0]+\Z")]
 """A file name without any folder; see `is_plain`."""
 
+_KINDS = {
+    "float": "a number", "int": "an integer", "str": "text", "bool": "true or false", "array": "a list",
+    "object": "an object",
+}  # fmt: skip
+"""Kind in messages of msgspec -> words for users."""
+
+_KIND = re.compile(rf"\b({'|'.join(_KINDS)})\b")
 _EXPECTED = re.compile(r"Expected (?P<wanted>.+?)(, got (?P<found>.+))?")
 
 
@@ -80,7 +87,7 @@ def converted(value: object, kind: type[T], what: str, place: str = "", *, stric
     (1.0, 2.0)
     >>> converted({"at": [1, "2"]}, dict[str, tuple[float, float]], "plan")
     Traceback (most recent call last):
-    ilf.errors.FormatError: '[...][1]' in the plan must be float, not str.
+    ilf.errors.FormatError: '[...][1]' in the plan must be a number, not text.
     """
     try:
         made = msgspec.convert(value, kind, strict=strict, str_keys=True)
@@ -129,7 +136,8 @@ def _sentence(message: str, what: str, outer: str) -> str:
     if not (expected := _EXPECTED.fullmatch(problem)):
         return f"{subject} is not valid: {problem.rstrip('.')}."
     wanted = "a plain file name" if "matching regex" in problem else expected["wanted"].replace(" | ", " or ")
-    return f"{subject} must be {wanted}{', not ' + expected['found'] if expected['found'] else ''}."
+    told = f"{wanted}{', not ' + expected['found'] if expected['found'] else ''}"
+    return f"{subject} must be {_KIND.sub(lambda kind: _KINDS[kind[0]], told)}."
 
 
 @dataclass(frozen=True)

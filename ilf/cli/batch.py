@@ -419,7 +419,7 @@ class BatchSummary:
         number = self._counts["failed"] + self._counts["failed_before"]
         if not number:
             return
-        told = [f"{number} of {counted(self._counts.total(), 'frame')} failed.", "; ".join(self._failures)]
+        told = [f"{number} of {counted(self._counts.total(), 'frame')} failed.", *self._failures]
         if hidden := number - len(self._failures):
             what = f"And {hidden} more are" if self._failures else "They are"
             told.append(f"{what} listed in {self._listed_in} (column message).")

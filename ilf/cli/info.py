@@ -123,7 +123,7 @@ def _facts(arguments: argparse.Namespace) -> list[Facts]:
     if len(inputs) != 1:
         raise UsageError("Give a colour and a depth file, one folder, or a run.json.")
     path = Path(inputs[0])
-    if not is_address(inputs[0]) and path.suffix.lower() == SUFFIX:
+    if not is_address(inputs[0]) and path.suffix.lower() == SUFFIX and not path.is_dir():
         raise UsageError(f"{path} is a project: use `ilf project info`.")
     if not is_address(inputs[0]) and path.suffix.lower() == ".json":
         return [facts_of_record(path)]

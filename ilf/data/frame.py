@@ -663,5 +663,5 @@ def _checked_ground_truth(ground_truth: ArrayLike, shape: tuple[int, int]) -> ND
     if not np.isfinite(metres).any():
         raise InputError("The ground truth has no known pixel (all are zero, negative or not finite).")
     with told_as(InputError, "The ground truth cannot be used: {error}", InputError):
-        _check_extremes(metres[np.isfinite(metres)])
+        check_depth_scale(metres, in_file=False)
     return metres

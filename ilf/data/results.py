@@ -8,8 +8,9 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -160,7 +161,7 @@ class BlockOutcome(NanEqual):
     label: int
     status: Status
     message: str
-    pixels: int
+    pixels: Annotated[int, msgspec.Meta(ge=1)]
     known: int
     recovered: int = 0
     iterations: int = 0

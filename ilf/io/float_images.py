@@ -69,7 +69,8 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
             usable = [only] if only and (not is_other_name(only) or "disparity" in names) else names
             name = next((name for name in usable if name in members), None)
             if name is None:
-                told = f"{file} has the arrays {', '.join(sorted(members))!s:.80}, but none is named {', '.join(names)}"
+                held = ", ".join(sorted(members)) or "none"
+                told = f"{file} has no array named {', '.join(names)}: it has {held:.80}"
                 raise FormatError(f"{told}. Save the one to use as {names[0]}.")
             data = np.frombuffer(zip_member(archive, members[name], MAX_FILE_BYTES), np.uint8)
     except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:

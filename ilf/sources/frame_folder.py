@@ -295,7 +295,8 @@ def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") 
 
 
 def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
-    return next((root / (stem + suffix) for suffix in suffixes if os.path.isfile(root / (stem + suffix))), None)
+    paths = (root / (stem + suffix) for suffix in suffixes)
+    return next((path for path in paths if os.path.isfile(path) or os.path.islink(path)), None)  # a broken link is told
 
 
 # Writing a frame to a frame folder that `ilf.load_frame` reads.

@@ -184,6 +184,8 @@ def stamped(stamps: Iterable[int], per_second: int) -> dict[str, tuple[float, in
 _COLOUR_WORD = re.compile(r"(?<![a-z])(?:rgb|colou?rs?|images?|img)(?![a-z])|^r(?=[-_.])", re.IGNORECASE)
 _DEPTH_WORD = re.compile(r"(?<![a-z])depths?(?![a-z])|^d(?=[-_.])", re.IGNORECASE)
 _NUMBER = re.compile(r"\d+")
+_CAMERA = re.compile(r"(?<![a-z])(?:(left|right)(?![a-z])|cam(?:era)?[-_]?(\d+)(?!\d)(?=.*\d))")
+"""A side, or the number of a camera before that of the frame."""
 
 
 class Pairs(NamedTuple):
@@ -231,7 +233,8 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     Two names match if they are equal except for the words that mark colour and depth; of the others, if they are equal
     except for punctuation and case, and then except for leading zeros of numbers. If none match, and they are not
     times, the last number in the names is compared, where it is unique; these matches count only if they include more
-    than half of the files of the smaller set, since a few may occur by chance. Files of other formats are left out.
+    than half of the files of the smaller set, since a few may occur by chance, and names that state two cameras do not
+    match. Files of other formats are left out.
     """
     images, depth_names = _colour_files(colours), depth_files(depths)
     pairs: dict[str, str] = {}
@@ -248,9 +251,9 @@ def paired(colours: Iterable[str], depths: Iterable[str]) -> Pairs:
     are_times = 2 * sum(time_of(name) is not None for name in depth_names) > len(depth_names)
     if not (pairs or clashes or are_times):
         numbers = {name: _NUMBER.findall(_parts(name)[0]) for name in keys}
-        pairs, _ = _matched(
-            images, depth_names, {name: str(int(found[-1])) for name, found in numbers.items() if found}
-        )
+        last = {name: str(int(found[-1])) for name, found in numbers.items() if found}
+        by_number, _ = _matched(images, depth_names, last)
+        pairs = {colour: depth for colour, depth in by_number.items() if _is_one_camera(colour, depth)}
         if 2 * len(pairs) <= min(len(images), len(depth_names)):
             pairs = {}
     clashing = {name for clash in clashes for names in clash for name in names}
@@ -271,6 +274,12 @@ def _matched(
     both = [(by_colour[key], by_depth[key]) for key in by_colour.keys() & by_depth.keys()]
     pairs = {one[0]: other[0] for one, other in both if len(one) == len(other) == 1}
     return pairs, [(one, other) for one, other in both if len(one) + len(other) > 2]
+
+
+def _is_one_camera(colour: str, depth: str) -> bool:
+    """Whether two names state the same camera, or one of them states none."""
+    one, other = (_CAMERA.findall(_parts(name)[0]) for name in (colour, depth))
+    return not (one and other) or one == other
 
 
 def _keys(name: str) -> tuple[str, str, str]:

@@ -430,6 +430,8 @@ def test_info_tells_how_much_of_the_missing_depth_a_guide_knows(files, capsys):
 def test_info_shows_what_is_wrong_with_a_set(files, cli):
     main(["complete", *files, "--no-cloud", "--extrapolate", "--out", "out", "--quiet", *QUICK])
     text = cli("info", "out").out
+    assert cli("info", Path("out").rename("out.ilf")).out == text.replace("out/", "out.ilf/")
+    Path("out.ilf").rename("out")
     assert "name:         in-completed" in text
     assert "extrapolated: depth that was still missing after the run" in text
     assert re.search(r"network:      edges \([0-9a-f]{12}\) for blocks and the filter\n", text)

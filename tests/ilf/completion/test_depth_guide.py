@@ -354,7 +354,7 @@ def test_guides_are_read_from_files(tmp_path):
     for name, words in (
         ("coloured.png", "colour-mapped"),
         ("broken.npz", "cannot be read"),
-        ("many.npz", "has the arrays a, b"),
+        ("many.npz", "it has a, b"),
     ):
         with pytest.raises(FormatError, match=words):
             load_guide(tmp_path / name)

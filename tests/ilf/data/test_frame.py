@@ -145,6 +145,7 @@ def test_a_truth_is_kept_in_metres_and_by_what_is_made_of_the_frame(small_frame)
         (np.ones((4, 4)), "The ground truth is 4 x 4, but the frame is 64 x 48"),
         (np.zeros((48, 64)), "The ground truth has no known pixel"),
         (np.ones((48, 64, 3)), "The ground truth cannot be used"),
+        (np.full((48, 64), 1500), "divide it, such as depth / 1000"),
     ],
 )
 def test_a_truth_that_does_not_fit_is_refused(small_frame, ground_truth, why):

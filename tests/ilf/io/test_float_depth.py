@@ -175,7 +175,7 @@ DAMAGED = {
     "wide.exr": (lambda: exr({f"c{i}": np.zeros((2, 2), "f2") for i in range(5)}), "channels c0.*which one is depth"),
     "part.exr": (lambda: _of_size(exr({"Z": METRES}), 8), "only a part"),
     "picture.exr": (lambda: exr({"RGB": np.dstack([HALF, HALF + 1, HALF])}), "this is colour, not depth"),
-    "many.npz": (lambda: npz(a=METRES, b=METRES), "the arrays a, b, but none .* Save the one to use as depth\\."),
+    "many.npz": (lambda: npz(a=METRES, b=METRES), "no array named depth.*: it has a, b\\. Save .* as depth\\."),
     "cut.npz": (lambda: npz(depth=METRES)[:-30], "NPZ cannot be read"),
 }
 

@@ -137,7 +137,10 @@ def test_what_is_no_depth_by_its_name_is_read_only_by_it(tmp_path, name, told):
     with pytest.warns(ilf.errors.DepthWarning, match=told):
         ilf.load_frame(path, f"{path}:/{name}")
     np.savez(tmp_path / "0.npz", **{name: NEAR})
-    with pytest.raises(FormatError, match="none is named depth"):
+    with pytest.raises(FormatError, match="no array named depth"):
+        ilf.load_frame(path, tmp_path / "0.npz")
+    np.savez(tmp_path / "0.npz")
+    with pytest.raises(FormatError, match="it has none"):
         ilf.load_frame(path, tmp_path / "0.npz")
     with h5py.File(path, "a") as file:
         file["depth"] = FAR

@@ -101,6 +101,13 @@ def test_two_folders_matched_by_number_where_names_differ(tmp_path):
     assert _named(tmp_path) == [("rgb/cam0_0001.png", "depth/range-1.png"), ("rgb/cam0_0002.png", "depth/range-2.png")]
 
 
+@pytest.mark.parametrize(("colour", "depth"), [("left", "right"), ("cam0", "cam1"), ("rgb_camera_1", "d_camera_12")])
+def test_colour_and_depth_of_two_cameras_are_not_matched_by_the_number_of_the_frame(colour, depth):
+    names = [[f"{camera}_{number:04}.png" for number in (1, 2)] for camera in (colour, depth)]
+    assert paired(*names).pairs == []
+    assert len(paired(names[0], [name.replace(depth, "range") for name in names[1]]).pairs) == 2
+
+
 @pytest.mark.parametrize(
     ("colour", "depth"),
     [

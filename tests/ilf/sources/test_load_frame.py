@@ -385,6 +385,13 @@ def test_images_in_a_folder_ask_no_reader_of_recordings(as_folder, meta, tmp_pat
     assert frame.shape == (60, 80)
 
 
+def test_a_link_to_nothing_in_a_frame_folder_is_named(folder):
+    root = folder(None, ["depth.png"])
+    (root / "rgb.png").symlink_to("gone.png")
+    with pytest.raises(InputError, match=r"rgb\.png: there is no such file"):
+        ilf.load_frame(root)
+
+
 def test_one_file_alone_is_no_frame(colour):
     with pytest.raises(InputError, match=r"needs a depth image.*meta\.json"):
         ilf.load_frame(colour)

@@ -94,7 +94,7 @@ def test_a_still_camera_gives_steady_depth_of_pairs(tmp_path):
     [
         (lambda c: c.pop("colour"), "has no 'colour'"),
         (lambda c: c["depth"].update(size=[64]), "size"),
-        (lambda c: c["depth"].update(size=[64, "56"]), r"'depth.size\[1\]' in the calibration must be int, not str"),
+        (lambda c: c["depth"].update(size=[64, "56"]), r"'depth.size\[1\]' in .* must be an integer, not text"),
         (lambda c: c["colour"].update(K=[1, 2]), "calibration.json"),
         (lambda c: c["colour"].update(distortion=[0.1]), "coefficients"),
         (lambda c: c["depth"].update(model="fisheye"), "k1 k2 k3 k4 of a fisheye, not 8"),
