@@ -157,12 +157,16 @@ def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
     assert len(pickle.dumps(told)) < listed.workspace.current.labels.nbytes / 4
 
 
-def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot, monkeypatch):
+@pytest.mark.parametrize("by", ["button", "key"])
+def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot, monkeypatch, by):
     window, shown, take = listed, [], listed.workspace.take_propagated
 
     def stop():
         shown.append(part.label.text())
-        part.work.cancel_button.click()
+        if by == "button":
+            part.work.cancel_button.click()
+        else:
+            window.actions_["cancel"].trigger()
 
     def take_and_stop(*given):
         take(*given)
