@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
 from gui.features.filter import FilterPanel
@@ -129,6 +130,13 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert said[0].startswith("frame-3: ")
     assert "1 frame (frame-2) had been edited or run" in window.notes.message
     assert not part.strip.isVisible()
+
+
+def test_a_typed_number_of_frames_replaces_the_proposed_one(listed):
+    listed.actions_["propagate_through"].trigger()
+    dialog = listed.findChild(PropagateDialog)
+    QTest.keyClicks(dialog.count, "2")
+    assert dialog.count.value() == 2
 
 
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
