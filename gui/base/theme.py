@@ -141,6 +141,7 @@ def _renew_bars() -> None:
         if isinstance(widget, (QMenuBar, QTabBar)):
             widget.style().unpolish(widget)
             widget.style().polish(widget)
+            widget.update()  # it may have been painted in between
 
 
 def follow_system(app: QApplication) -> None:

@@ -97,6 +97,7 @@ class PropagateDialog(QDialog):
         choices = form(("&Frames", self.count), ("", self.last), ("&Method", self.how))
         stack(self, about, choices, self.replaces, buttons)
         self._describe()
+        self.count.selectAll()  # what is typed replaces it
         self.resize(430, self.heightForWidth(430))  # its text wraps
 
     def _describe(self) -> None:
@@ -205,7 +206,7 @@ class PropagationFeature(Feature):
         lay_out(QHBoxLayout(self.strip), *parts, margins=(8, 2, 8, 2), stretched=parts)
         self.strip.hide()
         context.centre.add_strip(self.strip)
-        self.work.cancelled.connect(self._stop)
+        self.work.cancelled.connect(self.stop)
 
     @property
     def how(self) -> str:
@@ -223,7 +224,7 @@ class PropagationFeature(Feature):
     def _why_not(self, last: bool) -> str:
         """Why there is no other frame to propagate to, or from: this is the last one, or the first one."""
         if self.run is not None:
-            return "A propagation is in progress: wait, or stop it."
+            return "A propagation is in progress: wait, or cancel it."
         entries, row = self._frames()
         if row == (len(entries) - 1 if last else 0):
             return f"This is the {'last' if last else 'first'} frame of the list."
@@ -278,13 +279,7 @@ class PropagationFeature(Feature):
 
         open_once(dialog, take)
 
-    @command(
-        "stop_propagation",
-        "&Stop",
-        icon="ph.stop",
-        why_off=lambda self: "" if self.run else "No propagation is in progress.",
-    )
-    def _stop(self) -> None:
+    def stop(self) -> None:
         """Stop the propagation; frames that have the blocks keep them."""
         if self.run is not None:
             self.run.stopped = True

@@ -16,6 +16,7 @@ from ..state.parts import Part
 from ..work.frame_runs import LiveSolver, RunState
 from .context import Context, Feature
 from .edit_summary import EditSummaryFeature
+from .propagation import PropagationFeature
 from .run_history.panel import RunsPanel
 
 _LIVE = "Complete blocks again after each edit and each change of the filter's parameters, the selected ones first"
@@ -88,12 +89,21 @@ class RunsFeature(Feature):
         """Run one iteration, then pause."""
         self._runs.current.step()
 
+    @property
+    def _propagation(self) -> PropagationFeature | None:
+        """What propagates blocks, while it does."""
+        feature = self.context.made(PropagationFeature)
+        return feature if feature is not None and feature.run is not None else None
+
     def _why_no_cancel(self) -> str:
-        return sentence(Need.GOING) if self._runs.state in (RunState.IDLE, RunState.STOPPING) else ""
+        rests = self._runs.state in (RunState.IDLE, RunState.STOPPING) and self._propagation is None
+        return sentence(Need.GOING) if rests else ""
 
     @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.FRAME, why_off=_why_no_cancel)
     def _cancel(self) -> None:
-        """Cancel the run, or what is completed again; completed blocks keep their results."""
+        """Cancel the run, or what is completed again, and a propagation; completed blocks keep their results."""
+        if self._propagation is not None:
+            self._propagation.stop()
         self._runs.current.cancel()
 
     def _why_no_extrapolation(self) -> str:

@@ -236,6 +236,10 @@ class Docks(QObject):
         self._show_titles_soon()
         self._declared = self._window.saveState(_VERSION)
         self.take(*self._requested)
+        for dock in (panel.dock for panel in self._panels.values()):
+            if dock.isFloating() and not dock.isHidden():  # what is mapped before the window stays below it (X11)
+                dock.hide()
+                QTimer.singleShot(0, dock, dock.show)
 
     def remember(self) -> None:
         """Store the window size for the next session, when the window closes, and close what is outside it."""

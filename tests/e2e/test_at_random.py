@@ -26,7 +26,7 @@ GIVEN = (
     *("next_frame", "next_frame", "merge_blocks", "compare_runs", "accept_run", "restore_run", "delete_runs"),
     *("swipe", "blink", "show_before_edit", "swap_sides", "compare_two", "live", "layout_inspect", "layout_tune"),
     *("propagate_next", "propagate_next", "propagate_previous", "propagate_copied", "propagate_auto"),
-    *("stop_propagation", "mark_checked", "share_parameters", "keep_own_parameters", "reset_to_shared"),
+    *("mark_checked", "share_parameters", "keep_own_parameters", "reset_to_shared"),
     *("separate_parameters", "next_check", "apply_remedy", "ignore_check"),
 )
 

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
 from gui.features.filter import FilterPanel
@@ -131,6 +132,13 @@ def test_through_frames_that_keep_what_was_done_by_hand(listed, part, qtbot, seq
     assert not part.strip.isVisible()
 
 
+def test_a_typed_number_of_frames_replaces_the_proposed_one(listed):
+    listed.actions_["propagate_through"].trigger()
+    dialog = listed.findChild(PropagateDialog)
+    QTest.keyClicks(dialog.count, "2")
+    assert dialog.count.value() == 2
+
+
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
     window, workspace, entries = listed, listed.workspace, listed.workspace.entries
     first = workspace.current
@@ -157,12 +165,16 @@ def test_frames_that_are_done_are_not_kept_in_memory(listed, part, qtbot):
     assert len(pickle.dumps(told)) < listed.workspace.current.labels.nbytes / 4
 
 
-def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot, monkeypatch):
+@pytest.mark.parametrize("by", ["button", "key"])
+def test_it_can_be_stopped_and_says_how_far_it_is(listed, part, qtbot, monkeypatch, by):
     window, shown, take = listed, [], listed.workspace.take_propagated
 
     def stop():
         shown.append(part.label.text())
-        part.work.cancel_button.click()
+        if by == "button":
+            part.work.cancel_button.click()
+        else:
+            window.actions_["cancel"].trigger()
 
     def take_and_stop(*given):
         take(*given)

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable
 from itertools import combinations
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -227,3 +228,27 @@ def test_tabs_and_menus_take_a_theme_chosen_while_they_are_shown(qapp, qtbot, ki
     theme.apply_theme(qapp, "dark")
     qapp.processEvents()
     assert shown.grab().toImage() == _drawn(bar(), qtbot)
+
+
+class _Bar(QTabBar):
+    """Tabs that count how often they are drawn."""
+
+    drawn = 0
+
+    def paintEvent(self, event):
+        self.drawn += 1
+        super().paintEvent(event)
+
+
+def test_tabs_that_were_drawn_before_they_have_the_theme_are_drawn_again(qapp, qtbot, monkeypatch):
+    later = []
+    monkeypatch.setattr(theme, "QTimer", Mock(singleShot=lambda _, __, call: later.append(call)))
+    theme.apply_theme(qapp, "light")
+    bar = _Bar()
+    bar.addTab("One")
+    _drawn(bar, qtbot)
+    theme.apply_theme(qapp, "dark")
+    qtbot.wait(100)  # drawn with the colours of before
+    before = bar.drawn
+    later[-1]()
+    qtbot.waitUntil(lambda: bar.drawn > before)

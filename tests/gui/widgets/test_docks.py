@@ -82,6 +82,18 @@ def test_panels_of_one_purpose_share_a_place(window, qtbot):
     qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
 
 
+def test_panels_outside_the_window_are_shown_after_it(window, qtbot):
+    window.findChild(QDockWidget, "Blocks").setFloating(True)
+    again = MainWindow()
+    qtbot.addWidget(again)
+    again.panels.take(window.panels.open, window.panels.places())
+    again.show()
+    blocks = again.findChild(QDockWidget, "Blocks")
+    assert not blocks.isVisible()
+    qtbot.waitUntil(blocks.isVisible)
+    assert blocks.isFloating()
+
+
 def test_full_screen_by_f11_and_back_and_escape_does_not_quit(window, qtbot):
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)

@@ -13,7 +13,6 @@ from .sessions import MODULES
 _LEFT_OUT = {
     "play_camera": "needs a connected camera",
     "show_project": "opens the system's file manager",
-    "stop_propagation": "what was done until then depends on the machine",
     "rename_block": "edits the name in the table, as F2 does, with the keys of the system",
     "turn_cloud": "turns the tabs of the centre, as a click on them does",
     "mark_checked": "the sequence is so plain that no propagated block needs a check",
