@@ -94,7 +94,7 @@ def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, kind, 
 
 
 @pytest.mark.parametrize("title", ["Inspect", "Frames"])
-def test_a_panel_outside_the_window_closes_and_comes_back_with_it(another, title):
+def test_a_panel_outside_the_window_closes_and_comes_back_with_it(another, qtbot, title):
     window = another(persistent=True)
     window.panels.reveal(title)
     dock = window.findChild(QDockWidget, title)
@@ -102,7 +102,7 @@ def test_a_panel_outside_the_window_closes_and_comes_back_with_it(another, title
     window.close()
     assert not dock.isVisible()
     dock = another(persistent=True).findChild(QDockWidget, title)
-    assert dock.isVisible()
+    qtbot.waitUntil(dock.isVisible)
     assert dock.isFloating()
 
 
