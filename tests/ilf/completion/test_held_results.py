@@ -14,12 +14,15 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import cv2
 import numpy as np
 import pytest
 
 import ilf
 from ilf._runtime import compiling
 from ilf._runtime.installation import asset_path
+from ilf.completion.continuation import continue_plane
+from ilf.data.by_hand import DepthByHand
 from ilf.data.parameters import PAPER_BLOCKS
 from ilf.segmentation.editing.patches import border_pixels
 from ilf.segmentation.extraction import extract
@@ -212,12 +215,174 @@ def test_depth_is_what_it_was(frame, name):
     np.testing.assert_allclose(now["l1"], before["l1"], rtol=5e-5)
 
 
+# What depends on more than parameters: guides, depth by hand, what no camera saw, streams; and the expected error.
+
+
+def seen(depth: np.ndarray, **more: Any) -> ilf.RGBDFrame:
+    return ilf.RGBDFrame(bowl().rgb, depth, **more)
+
+
+def box(rows: slice, columns: slice) -> np.ndarray:
+    mask = np.zeros(bowl().shape, bool)
+    mask[rows, columns] = True
+    return mask
+
+
+@cache
+def surface() -> np.ndarray:
+    """The bowl and the wall without noise and gaps."""
+    rows, columns = np.indices(bowl().shape)
+    off = np.hypot(rows - 36, columns - 40)
+    return np.where(off < 24, 1.3 + 0.0004 * off**2, 2.0 + 0.004 * columns - 0.002 * rows).astype(np.float32)
+
+
+def boxed(said: str) -> ilf.RGBDFrame:
+    """A box before a wall, with a gap over both that colour does not show."""
+    rows, columns = np.indices((90, 120), np.float32)
+    depth = np.where((abs(rows - 45) < 25) & (abs(columns - 60) < 30), 1.2 + rows / 300, 3 + columns / 120)
+    gap = (abs(rows - 45) < 15) & (abs(columns - 90) < 20)
+    waves = 0.02 * np.sin((rows + columns) / 5)
+    guides = {
+        "guide": 1 / depth,
+        "uneven": np.where(rows + columns < 30, np.nan, 1 / depth + waves),
+        "far": 50 - depth**2,
+    }
+    return ilf.RGBDFrame(np.full((90, 120, 3), 90, np.uint8), np.where(gap, np.nan, depth), guide=guides[said])
+
+
+BOXED = np.ones((90, 120), np.int32)
+IN_GAP = BOXED.copy()
+IN_GAP[40:55, 80:95] = 9
+"""Blocks of which one has no depth."""
+
+
+def island() -> ilf.RGBDFrame:
+    """A speck of wrong depth in a large hole."""
+    depth = np.where(box(slice(4, 66), slice(26, 94)), np.nan, bowl().depth)
+    return seen(np.where(box(slice(32, 36), slice(64, 69)), 9.0, depth))
+
+
+def corridor() -> ilf.RGBDFrame:
+    """A floor that leaves the range of the sensor."""
+    rows, columns = np.indices((120, 160)).astype(np.float32)
+    depth = 160 / (rows + 25)
+    rgb = np.dstack((90 + 60 * (columns % 40 < 20), 60 + rows, 140 - rows / 2)).astype(np.uint8)
+    return ilf.RGBDFrame(rgb, np.where((depth > 4) | (np.hypot(rows - 80, columns - 50) < 15), np.nan, depth))
+
+
+def stream(preset: str = "best", **changes: Any) -> list[ilf.Completion]:
+    """Three frames of a camera that moves to the right."""
+    moved = (
+        [np.roll(bowl().rgb, -2 * k, axis=1) for k in range(3)],
+        [np.roll(surface(), -2 * k, axis=1) for k in range(3)],
+    )
+    frames = [ilf.RGBDFrame(rgb, np.where(bowl().known, depth, np.nan)) for rgb, depth in zip(*moved, strict=True)]
+    with ilf.Stream(preset, **changes) as opened:
+        return [opened.complete(one) for one in frames]
+
+
+CANNY: dict[str, Any] = {"edges": "canny", "correction": False}
+HAND = box(slice(34, 40), slice(26, 34))
+NO_DEPTH = np.where(box(slice(5, 15), slice(60, 90)), 9, 1).astype(np.int32)
+"""A block that is in a hole."""
+
+
+def done(frame: ilf.RGBDFrame | None = None, blocks: Any = None, preset: str = "best", **given: Any) -> Any:
+    """Complete the bowl, or another frame."""
+    frame, blocks = bowl() if frame is None else frame, blocks_of("bowl") if blocks is None else blocks
+    return ilf.complete(frame, blocks, preset, **CANNY | given if preset == "best" else given)
+
+
+CASES: dict[str, Any] = {
+    "best": done,
+    "corrected": lambda: done(correction=True),
+    "contours": lambda: done(edges="combined", correction=True),
+    "depth edges": lambda: done(edges="rgbd"),
+    "paper": lambda: done(preset="paper", max_iterations=300),
+    "extrapolated": lambda: ilf.extrapolate(done(blocks=np.where(blocks_of("bowl") > 1, 0, 1).astype(np.int32))),
+    "sparse": lambda: done(seen(np.where(np.indices((72, 96)).sum(axis=0) % 11 == 0, surface(), np.nan)), NO_DEPTH > 0),
+    "sparse, corrected": lambda: done(
+        seen(np.where(np.prod(np.indices((72, 96)) % 9 == 4, axis=0) > 0, surface(), np.nan)),
+        NO_DEPTH > 0,
+        correction=True,
+    ),
+    "guide": lambda: done(boxed(said="guide"), IN_GAP),
+    "uneven guide": lambda: done(boxed(said="uneven"), IN_GAP),
+    "guide, corrected": lambda: done(boxed(said="far"), BOXED, correction=True),
+    "poor guide": lambda: done(guide=np.random.default_rng(1).normal(size=bowl().shape)),
+    "by hand": lambda: done(blocks=NO_DEPTH, by_hand=np.where(HAND | (NO_DEPTH == 9), 1.8, np.nan)),
+    "by hand, weak": lambda: done(by_hand=DepthByHand(np.where(HAND, np.float32(1.5), np.float32(np.nan)), 0.05)),
+    "by hand, denoise": lambda: done(by_hand=np.where(HAND, 1.5, np.nan), mode="fill+denoise"),
+    "by hand, paper": lambda: done(preset="paper", by_hand=np.where(HAND, 1.5, np.nan), max_iterations=200),
+    "continued": lambda: done(
+        blocks=NO_DEPTH, by_hand=continue_plane(bowl().depth, box(slice(0, 20), slice(56, 96)), NO_DEPTH == 9)[0]
+    ),
+    "outside view": lambda: done(seen(bowl().depth, outside_view=box(slice(30, 44), slice(20, 40)))),
+    "outside view, filled": lambda: done(
+        seen(bowl().depth, outside_view=box(slice(30, 44), slice(20, 40))), outside_view=True
+    ),
+    "suspect": lambda: done(island(), NO_DEPTH > 0),
+    "out of range": lambda: done(corridor(), np.ones((120, 160), int)),
+    "out of range, not": lambda: done(corridor(), np.ones((120, 160), int), out_of_range=False),
+    "drawn": lambda: done(drawn=left_borders("bowl"), correction=True),
+    "denoised": lambda: done(mode="fill+denoise", edges="combined"),
+    "extrapolated corridor": lambda: ilf.extrapolate(done(corridor(), np.zeros((120, 160), np.int32))),
+    "stream": lambda: stream(**CANNY),
+    "stream, default": stream,
+}
+SHARES = (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98)
+CASE_M, CASE_SHARE = 2e-4, 0.005
+"""How far quantiles of depth [m] and of the expected error (a share) may be off."""
+
+
+def spread(values: np.ndarray) -> list[float]:
+    """Number, mean and quantiles of the finite values."""
+    there = values[np.isfinite(values)].astype(float)
+    return [float(there.size), *np.round([there.mean(), *np.quantile(there, SHARES)], 7)] if there.size else [0.0]
+
+
+def case(name: str) -> dict[str, list[float]]:
+    """Depth and expected error of each block, and of each kind of pixel, in numbers."""
+    found: dict[str, list[float]] = {}
+    completions = CASES[name]()
+    for number, one in enumerate(completions if isinstance(completions, list) else [completions]):
+        error, unsupported = ilf.expected_error(one), ilf.unsupported(one)
+        away = cv2.distanceTransform((~one.frame.known).astype(np.uint8), cv2.DIST_L2, 3)
+        for label, outcome in one.outcomes.items():
+            counts = outcome.known, outcome.recovered, outcome.by_hand, outcome.suspect
+            inside = (one.blocks == label) & ~one.frame.known
+            found[f"count {number} {label}"] = [float(count) for count in counts]
+            found[f"depth {number} {label}"] = spread(one.depth[inside])
+            found[f"error {number} {label}"] = spread(error[inside])
+        for kind, pixels in {"near": (away > 0) & (away < 3), "far": away >= 3, "unsupported": unsupported}.items():
+            found[f"error {number} {kind}"] = spread(error[pixels])
+        found[f"depth {number} known"] = spread(one.depth[one.frame.known])
+        found[f"count {number}"] = [float(mask.sum()) for mask in (one.extrapolated, unsupported, one.by_hand)]
+    return found
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_cases_are_what_they_were(name):
+    now, before = case(name), held()["cases"][name]
+    assert now.keys() == before.keys()
+    loose = 5 if "denoise" in name else 1
+    for what, numbers_before in before.items():
+        (count, *rest), (count_before, *rest_before) = now[what], numbers_before
+        if what.startswith("count"):
+            assert now[what] == pytest.approx(numbers_before, rel=0.01, abs=1), what
+            continue
+        assert count == pytest.approx(count_before, rel=0.01, abs=1), what
+        tolerance = {"abs": loose * CASE_M} if what.startswith("depth") else {"rel": loose * CASE_SHARE}
+        assert rest == pytest.approx(rest_before, **tolerance), what
+
+
 def main() -> None:
     """Write the table as it is now."""
     with patch.object(compiling, "is_compiled", lambda: False):
         found = {
             "blocks": {f"{frame}: {name}": extraction(frame, name) for frame in FRAMES for name in EXTRACTIONS},
             "depth": {f"{frame}: {name}": completion(frame, name) for frame, name in COMPLETIONS},
+            "cases": {name: case(name) for name in CASES},
         }
     lines = [
         f'"{kind}": {{\n' + ",\n".join(f'"{k}": {json.dumps(v)}' for k, v in part.items()) + "}"
