@@ -85,8 +85,6 @@ class Document(FrameData):
         there = document.counts().keys()
         selected = tuple(label for label in state.selected if label in there)
         document.change(to_check=frozenset(state.to_check & there), selected=selected)
-        for kept in document.compared:
-            kept.hold(True)
         document.note_saved(document.stamp)
         return document
 
@@ -609,10 +607,7 @@ class Document(FrameData):
     def _compare(self, former: list[StoredRun], runs: list[StoredRun]) -> None:
         if runs == former:
             return
-        for kept in former:
-            kept.hold(kept in runs)
         for number, kept in enumerate(runs):
-            kept.hold(True)
             taken = [other.colour for other in runs[:number]]
             if kept.colour in taken:
                 kept.colour = next(colour for colour in RUN_COLOURS if colour not in taken)
