@@ -85,8 +85,6 @@ class Document(FrameData):
         there = document.counts().keys()
         selected = tuple(label for label in state.selected if label in there)
         document.change(to_check=frozenset(state.to_check & there), selected=selected)
-        for kept in document.compared:
-            kept.hold(True)
         document.note_saved(document.stamp)
         return document
 
@@ -573,14 +571,15 @@ class Document(FrameData):
         compared = [kept for kept in self.compared if kept in there]
 
         def exchange(deletes: bool) -> bool:
-            if deletes:
-                self._take_history(
-                    [kept for kept in self.state.runs if kept not in there],
-                    [kept for kept in self.compared if kept not in there],
-                )
-            else:
-                restored = sorted([*self.state.runs, *there], key=lambda kept: kept.number)
-                self._take_history(restored, [*self.compared, *compared])
+            runs = [kept for kept in self.state.runs if kept not in there]
+            shown = [kept for kept in self.compared if kept not in there]
+            if not deletes:
+                for kept in there:
+                    kept.ground_truth_error = None  # the ground truth may have changed meanwhile
+                runs, shown = sorted([*runs, *there], key=lambda kept: kept.number), [*shown, *compared]
+            self.change(runs=tuple(runs))
+            self.note(Part.HISTORY)
+            self.compare_runs(shown)
             return not deletes
 
         if there:
@@ -592,29 +591,15 @@ class Document(FrameData):
         self.change(runs=tuple(kept for kept in self.state.runs if kept not in runs))
         self.touch(Part.HISTORY)
 
-    def _take_history(self, runs: list[StoredRun], compared: list[StoredRun]) -> None:
-        """Replace the run history and the compared runs."""
-        for kept in runs:
-            if kept not in self.state.runs:
-                kept.ground_truth_error = None  # the ground truth may have changed meanwhile
-        former = self.compared
-        self.change(runs=tuple(runs))
-        self.note(Part.HISTORY)
-        self._compare(former, compared[-MAX_COMPARED:])
-
     def compare_runs(self, runs: Sequence[StoredRun]) -> None:
         """Compare stored runs with the result; the last `MAX_COMPARED` of the given ones."""
-        self._compare(self.compared, list(runs)[-MAX_COMPARED:])
-
-    def _compare(self, former: list[StoredRun], runs: list[StoredRun]) -> None:
-        if runs == former:
+        runs = runs[-MAX_COMPARED:]
+        numbers = tuple(kept.number for kept in runs)
+        if numbers == self.state.compared:
             return
-        for kept in former:
-            kept.hold(kept in runs)
-        for number, kept in enumerate(runs):
-            kept.hold(True)
-            taken = [other.colour for other in runs[:number]]
+        for place, kept in enumerate(runs):
+            taken = [other.colour for other in runs[:place]]
             if kept.colour in taken:
                 kept.colour = next(colour for colour in RUN_COLOURS if colour not in taken)
-        self.change(compared=tuple(kept.number for kept in runs))
+        self.change(compared=numbers)
         self.touch(Part.COMPARED, viewing=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -117,7 +118,7 @@ class FrameData:
             blocks=self._lasting_blocks(),
             results=dict(self.valid_results()),
             extrapolation=self._extrapolation(),
-            runs=tuple(kept.detached() for kept in self.state.runs),
+            runs=tuple(map(copy, self.state.runs)),
         )
 
     def summary(self) -> FrameSummary:

@@ -233,6 +233,7 @@ class ViewData:
         self.moment = ""
         self.runs: list[StoredRun] = []
         self.earlier: StoredRun | None = None
+        self._compared_completions: list[Completion] = []
         self._earlier_completion: Completion | None = None
         self.result_number = 0
         """Number of the stored run that the result is of; 0 for none."""
@@ -299,6 +300,7 @@ class ViewData:
             kept for kept in newest if all(kept.results.get(label) is result for label, result in results.items())
         ]
         self.runs, self.earlier = document.compared, next((kept for kept in newest if kept not in present), None)
+        self._compared_completions = [kept.completion for kept in self.runs]  # keeps them from being composed again
         self.result_number = present[0].number if present and results else 0
         self._run_labels = {}
         for kept in (*self.runs, *([] if self.earlier is None else [self.earlier])):

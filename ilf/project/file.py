@@ -17,7 +17,7 @@ from .codec import ARRAYS, UNREADABLE
 from .frame_state import FrameState
 from .project import Project, ProjectFrame
 from .project_json import PROJECT, ReadProject, decode_project, encode_project, read_project_head
-from .sources import SOURCES, FilePlace, Places, find_source, source_part
+from .sources import SOURCES, FilePlace, Places, find_source, located, source_part
 from .state_codec import SCHEMA, Decoded, empty_state, encode, frame_part, load_state, read_head, thumbnail_part
 
 SUFFIX = ".ilf"
@@ -289,7 +289,7 @@ class _Saving:
                 self.notes.append(f"Not embedded: {file.path} is a recording; recordings are never embedded.")
             return
         if self._has(name):
-            if self._embed is not False or not self._is_on_disk(file):
+            if self._embed is not False or located(file, self._places)[0] is None:
                 self._names[name] = None
         elif self._embed:
             try:
@@ -297,12 +297,6 @@ class _Saving:
                 self._names[name] = None
             except InputError as error:
                 self.notes.append(f"Not embedded: {error}")
-
-    def _is_on_disk(self, file: InputFile) -> bool:
-        with suppress(InputError):
-            find_source(file, None, self._places)
-            return True
-        return False
 
 
 def _relative(path: Path, folder: Path) -> str | None:

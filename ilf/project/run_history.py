@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import datetime
 import weakref
 from collections.abc import Mapping
@@ -103,7 +102,6 @@ class StoredRun:
     expected_error: float | None = None
     hold_out_test: HoldOutTest | None = None
     _composed: weakref.ref[Completion] | None = field(default=None, repr=False)
-    _held: Completion | None = field(default=None, repr=False)
 
     @property
     def completion(self) -> Completion:
@@ -116,21 +114,9 @@ class StoredRun:
             self._composed = weakref.ref(found)
         return found
 
-    def hold(self, on: bool) -> None:
-        """Keep the completion in memory while the run is viewed, or release it."""
-        self._held = self.completion if on else None
-
-    def detached(self) -> Self:
-        """Return a copy that does not follow later changes of the run and does not hold its depth."""
-        one = copy.copy(self)
-        one._composed = one._held = None
-        return one
-
     def take_extrapolation(self, completion: Completion) -> None:
         """Store the extrapolated depth of a completion."""
         self.extrapolation, self._composed = Extrapolation.of(completion), weakref.ref(completion)
-        if self._held is not None:
-            self.hold(True)
 
     def take(self, run: Run, results: Mapping[int, BlockResult]) -> None:
         """Replace run and results by a later state of the same step."""
@@ -140,8 +126,6 @@ class StoredRun:
         self._composed = None
         for name in ("checksum", "block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)
-        if self._held is not None:
-            self.hold(True)
 
     @cached_property
     def checksum(self) -> int:

@@ -121,7 +121,7 @@ class GivenViews(LinkedViews):
         done = frozenset([1]) if is_ticked else frozenset()
         stored = StoredRun(number, name, run, {1: RESULT} if is_result else {}, 1.0, colour, done=done)
         completion: Any = SimpleNamespace(depth=depth, extrapolated=np.zeros(frame.shape, bool))
-        stored.take_extrapolation = stored.hold = lambda *_: None  # type: ignore[assignment,method-assign]
+        stored.take_extrapolation = lambda *_: None  # type: ignore[method-assign]
         stored._composed = lambda: completion  # type: ignore[assignment]
         return stored
 
