@@ -185,6 +185,7 @@ class Feature(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self.context = context
+        self.workspace, self.notes, self.views = context.workspace, context.notes, context.views
         context.features.append(self)
 
     @cached_property
@@ -199,7 +200,7 @@ class Feature(QObject):
 
     def fail(self, error: Exception) -> None:
         """Handle an error of what was asked for."""
-        self.context.notes.report(f"The {self.what} failed", error)
+        self.notes.report(f"The {self.what} failed", error)
 
     def pending_work(self) -> Sequence[Job]:
         """What is asked for and would be lost if its frame or the window were closed: that of which is said `what` it

@@ -51,12 +51,11 @@ class CurvesFeature(Panel):
     def make(self) -> CurvesPanel:
         context = self.context
         panel = CurvesPanel(context.panels.persistent)
-        self._workspace = workspace = context.workspace
         self._state = context.runs.state
         self._bar = bar = panel.scrub_bar
         bar.set_hint("View earlier iterations: the views show the depth after iteration i of every block.")
         bar.moved.connect(lambda _: self._show_iteration())
-        workspace.about_to_change.connect(bar.go_to_end)
+        self.workspace.about_to_change.connect(bar.go_to_end)
         context.runs.state_changed.connect(self._follow_run)
         edits = Part.LABELS | Part.STROKE | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
         context.refresh.add("current iteration", bar.go_to_end, edits)
@@ -72,7 +71,7 @@ class CurvesFeature(Panel):
 
     @property
     def _document(self) -> Document | None:
-        return self._workspace.current if self._workspace.has_current else None
+        return self.workspace.current if self.workspace.has_current else None
 
     def _follow_run(self) -> None:
         before, self._state = self._state, self.context.runs.state
@@ -80,7 +79,7 @@ class CurvesFeature(Panel):
             self._bar.go_to_end()
 
     def _show_again(self) -> None:
-        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
+        if not self._bar.at_end or self.workspace.viewed_iteration is not None:
             self._show_iteration()
 
     def _show_iteration(self) -> None:
@@ -89,7 +88,7 @@ class CurvesFeature(Panel):
         if self._bar.at_end or document is None:
             self.requests.forget()
             self.widget.look_at(None)
-            self._workspace.view_iteration(None)
+            self.workspace.view_iteration(None)
             return
         self.widget.look_at(iteration)
         present = document.current_depth()
@@ -98,7 +97,7 @@ class CurvesFeature(Panel):
 
         def show(depth: NDArray[np.float32]) -> None:
             if document is self._document and not self._bar.at_end:
-                self._workspace.view_iteration(ViewedIteration(depth, iteration))
+                self.workspace.view_iteration(ViewedIteration(depth, iteration))
 
         self.requests.ask(lambda: depth_at_key_frames(base, blocks), show)
 
