@@ -173,7 +173,7 @@ class AdditionalDepthPanel(Panel):
             asked = self.requests.question
             if asked is not None and asked.kind == "comparison":  # with what was there before
                 self.requests.cancel()
-        texts = self._texts() if self.workspace.has_current else {}
+        texts = self._texts() if self.workspace.shown is not None else {}
         shown = self.views.contents()["depth-in"]
         has_blocks = bool(texts) and bool(self.workspace.current.counts())
         for kind, section in self._sections.items():
@@ -215,7 +215,7 @@ class AdditionalDepthPanel(Panel):
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
         context = self.context
-        dialog = GuideNetworksDialog(context.window, context.workspace.has_current, self.requests, context.notes)
+        dialog = GuideNetworksDialog(context.window, context.workspace.shown is not None, self.requests, context.notes)
         open_once(dialog, lambda: self._load_guide(dialog.chosen()))
 
     def _why_no_neighbours(self) -> str:
@@ -303,7 +303,7 @@ class AdditionalDepthPanel(Panel):
 
     def _is_shown(self, document: Document) -> bool:
         """Whether a frame still is the current one; a message says if not."""
-        shown = self.workspace.is_shown(document)
+        shown = document is self.workspace.shown
         if not shown:
             self.notes.show_message(
                 f"{document.name}: nothing was added, since another frame is shown now. Show it, and try again."

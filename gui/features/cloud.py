@@ -86,7 +86,7 @@ class CloudFeature(Feature):
         self.context.centre.set_side_by_side(on)
 
     def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or not self.workspace.has_current
+        there = not self._cloud.isVisible() or self.workspace.shown is None
         return "" if there or self.workspace.current.completion() is not None else "Not available now."
 
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
@@ -103,8 +103,7 @@ class CloudFeature(Feature):
         """Show the cloud, or the reason why there is none."""
         if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
-        document = self.workspace.current if self.workspace.has_current else None
-        if document is None:
+        if (document := self.workspace.shown) is None:
             self._cloud.set_message()
             self._cloud.set_unavailable({})
             return
@@ -123,7 +122,7 @@ class CloudFeature(Feature):
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
-        document = self.workspace.current if self.workspace.has_current else None
+        document = self.workspace.shown
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
 
@@ -239,7 +238,7 @@ class CloudFeature(Feature):
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""
         made = self._made
-        return made is not None and self.workspace.has_current and self.workspace.current.key == made.key
+        return made is not None and self.workspace.shown is not None and self.workspace.shown.key == made.key
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():

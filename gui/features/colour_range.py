@@ -231,7 +231,7 @@ class ColourRange(Panel):
     def _levels(self) -> Levels | None:
         """The range of the active view; None if it has none now."""
         cell = self.views.ranged
-        return cell.bar.levels if self.workspace.has_current and cell.range_kind else None
+        return cell.bar.levels if self.workspace.shown is not None and cell.range_kind else None
 
     def _why_no_range(self) -> str:
         return "" if self._levels is not None else "Not available now."

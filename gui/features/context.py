@@ -115,7 +115,7 @@ class Context:
     def missing(self) -> Need:
         """Return what is missing now of all that commands may need."""
         workspace = self.workspace
-        document = workspace.current if workspace.has_current else None
+        document = workspace.shown
         there = NOTHING if self.actions.is_on("play_frames") else Need.NOT_PLAYING
         prepared = not self.loader.reading and document not in self.loader.extracting
         there |= Need.IDLE if self.runs.state.free and prepared else NOTHING

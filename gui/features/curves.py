@@ -64,14 +64,10 @@ class CurvesFeature(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Draw the curves; those already shown are extended. Update the range of the slider."""
-        document = self._document
+        document = self.workspace.shown
         draw_curves(self.widget, document)
         last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
         self._bar.set_range(last)
-
-    @property
-    def _document(self) -> Document | None:
-        return self.workspace.current if self.workspace.has_current else None
 
     def _follow_run(self) -> None:
         before, self._state = self._state, self.context.runs.state
@@ -84,7 +80,7 @@ class CurvesFeature(Panel):
 
     def _show_iteration(self) -> None:
         """Show the depth at the slider's iteration."""
-        document, iteration = self._document, self._bar.position
+        document, iteration = self.workspace.shown, self._bar.position
         if self._bar.at_end or document is None:
             self.requests.forget()
             self.widget.look_at(None)
@@ -96,7 +92,7 @@ class CurvesFeature(Panel):
         blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
 
         def show(depth: NDArray[np.float32]) -> None:
-            if document is self._document and not self._bar.at_end:
+            if document is self.workspace.shown and not self._bar.at_end:
                 self.workspace.view_iteration(ViewedIteration(depth, iteration))
 
         self.requests.ask(lambda: depth_at_key_frames(base, blocks), show)

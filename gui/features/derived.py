@@ -63,7 +63,7 @@ class DerivedFeature(Feature):
 
     def show(self, name: str) -> None:
         """Ask for a kind, unless it is there or pending."""
-        if self.workspace.has_current:
+        if self.workspace.shown is not None:
             self._document = self.workspace.current
             getattr(self, f"_ask_{name}")(self._document)
 
@@ -89,7 +89,7 @@ class DerivedFeature(Feature):
 
     def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
         # another frame may be shown that nothing was asked of yet
-        if key == self._requested.get(name) and self._document is not None and self.workspace.is_shown(self._document):
+        if key == self._requested.get(name) and self._document is not None and self._document is self.workspace.shown:
             self.views.show_found(**{name: found})
 
     def _take_error(self, name: str, key: tuple[Any, ...], error: Exception) -> None:

@@ -172,7 +172,7 @@ class EditSummaryFeature(Feature):
 
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
-        if not self.workspace.is_shown(edit.document):
+        if edit.document is not self.workspace.shown:
             return
         self._change, self._before, self._asked, self._note = edit, self._present, False, ""
         self.requests.forget()
@@ -189,7 +189,7 @@ class EditSummaryFeature(Feature):
 
     def _go_on(self) -> None:
         self._note_present()
-        if self.context.runs.state is not RunState.IDLE or not self.workspace.has_current:
+        if self.context.runs.state is not RunState.IDLE or self.workspace.shown is None:
             return
         change = self._change
         if self._asked or change is None or (change.patch is None and self._before is None):
@@ -214,7 +214,7 @@ class EditSummaryFeature(Feature):
     def _note_present(self) -> None:
         """Note the present completion, unless a run is changing it."""
         if self.context.runs.state is RunState.IDLE:
-            self._present = self.workspace.current.completion() if self.workspace.has_current else None
+            self._present = self.workspace.shown.completion() if self.workspace.shown is not None else None
 
     def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
         if change is self._change:
@@ -225,7 +225,7 @@ class EditSummaryFeature(Feature):
     def _text(self, colours: theme.Colours) -> str:
         """What the line says: the last edit with its effect, or that the views show the state before it."""
         if self._change is None:
-            return _in_tone(colours.muted, _EMPTY if self.workspace.has_current else "")
+            return _in_tone(colours.muted, _EMPTY if self.workspace.shown is not None else "")
         title = _title(self._change)
         if self.context.actions.is_on("show_before_edit"):
             return _in_tone(colours.accent, f"<b>Before the edit: {html.escape(title)}</b>")

@@ -35,9 +35,8 @@ class ErrorFeature(Feature):
 
     def ask(self) -> None:
         """Compute the expected error of the current results if it is visible and no run is changing them."""
-        if not self.workspace.has_current:
+        if (document := self.workspace.shown) is None:
             return
-        document = self.workspace.current
         completion = document.completion()
         if (
             completion is not None

@@ -115,7 +115,7 @@ class ExtractionPanel(Panel):
         """Update the picture and the summary from frame, parameters and stage."""
         if self.made:
             self.form.set_parameters(self.workspace.parameters.extraction)
-        frame = self.workspace.current.frame if self.workspace.has_current else None
+        frame = self.workspace.shown.frame if self.workspace.shown is not None else None
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
             self.requests.forget()
@@ -189,7 +189,7 @@ class ExtractionPanel(Panel):
         if not self.made:
             return
         colours, workspace, text, note = theme.colours(self.widget.palette()), self.workspace, "", ""
-        if self._frame is None or not workspace.has_current:
+        if self._frame is None or workspace.shown is None:
             pass
         elif self.views.shows("stage"):
             if self._failure:

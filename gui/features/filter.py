@@ -124,7 +124,7 @@ class FilterPanel(Panel):
     def _show_parameters(self) -> None:
         """Show parameters: those of the selected blocks relative to the common ones, a frame's own ones relative to
         those of all frames, others relative to their preset."""
-        chosen = self.workspace.current.selected if self.workspace.has_current else ()
+        chosen = self.workspace.shown.selected if self.workspace.shown is not None else ()
         text = "Selected blocks" if not chosen else f"{len(chosen)} selected blocks"
         self.scope.setItemText(1, f"{self.workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:
@@ -139,7 +139,7 @@ class FilterPanel(Panel):
         shared = self.workspace.parameters.shared
         if scope:
             self.form.set_base(self.workspace.parameters.current, "all blocks")
-        elif shared.on and self.workspace.has_current and self.workspace.current.state.own_parameters:
+        elif shared.on and self.workspace.shown is not None and self.workspace.shown.state.own_parameters:
             self.form.set_base(shared.values, "all frames")
         else:
             self.form.set_base(self.presets.parameters(self._bases[scope]))
@@ -150,13 +150,13 @@ class FilterPanel(Panel):
     def edit(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
         names = parameters.differences_from(self.shown)
-        before = _up_to_date(self.workspace.current) if self.workspace.has_current else {}
+        before = _up_to_date(self.workspace.shown) if self.workspace.shown is not None else {}
         if self._applies_to_selected:
             self.workspace.parameters.set_own(names, self.workspace.current.selected)
         else:
             self.workspace.parameters.set(parameters)
         self._edited = parameters
-        if self.workspace.has_current and len(names) == 1:
+        if self.workspace.shown is not None and len(names) == 1:
             self._note_change(next(iter(names)), before)
         self._resolve()
 
@@ -186,7 +186,7 @@ class FilterPanel(Panel):
             workspace.parameters.set(parameters, workspace.current.selected)
         else:
             workspace.parameters.set(parameters)
-            left = _describe_own(workspace.current) if workspace.has_current else ""
+            left = _describe_own(workspace.shown) if workspace.shown is not None else ""
             if left:
                 self.notes.show_message(f"Per-block parameters are kept: {left}.")
         self._resolve()
@@ -223,8 +223,8 @@ class FilterPanel(Panel):
 
     def _resolve(self) -> None:
         """Complete again what the parameters have changed, the selected blocks first, if that is on."""
-        if self.workspace.has_current:
-            self.context.feature(RunsFeature).live.follow_parameters(self.workspace.current.selected)
+        if self.workspace.shown is not None:
+            self.context.feature(RunsFeature).live.follow_parameters(self.workspace.shown.selected)
 
     # what changes did
 

@@ -350,7 +350,7 @@ class PropagationFeature(Feature):
         notes, workspace, text = self.notes, self.workspace, summary(run)
         if text:
             notes.show_message(text)
-        if run.to_check and workspace.has_current and workspace.current.state.to_check:
+        if run.to_check and workspace.shown is not None and workspace.shown.state.to_check:
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", run.notes)
 

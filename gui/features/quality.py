@@ -209,7 +209,7 @@ class QualityPanel(Panel):
             self._search = None
         if parts & _KNOWN:
             self._drop_remedy()
-        if not self.workspace.has_current:
+        if self.workspace.shown is None:
             self._found = None
             self._show_no_place("Open a frame first.")
             return
@@ -426,7 +426,7 @@ class QualityPanel(Panel):
         found: Mask = yield partial(
             self.requests.ask, lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), kind="invalid"
         )
-        if not self._suggests or not self.workspace.is_shown(document):
+        if not self._suggests or document is not self.workspace.shown:
             return
         if not found.any():
             self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")

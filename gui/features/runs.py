@@ -58,8 +58,7 @@ class RunsFeature(Feature):
     def _offer_rest(self) -> None:
         """Offer to run the blocks with stale depth, unless they are running."""
         stale: set[int] = set()
-        if self.workspace.has_current and self.context.runs.state.free:
-            document = self.workspace.current
+        if (document := self.workspace.shown) is not None and self.context.runs.state.free:
             document.update_depth()
             stale = set(document.stale_blocks()).difference(self.context.runs.current.resolving)
         self._rest.setVisible(bool(stale))
@@ -163,8 +162,8 @@ class RunsFeature(Feature):
 
     def _show_state(self) -> None:
         """Show whether a run goes on or is paused; views without a result say what is done for it."""
-        if self.workspace.has_current:
-            document, under_way = self.workspace.current, ""
+        if (document := self.workspace.shown) is not None:
+            under_way = ""
             if document.current_depth() is None:
                 extracting = "Extracting blocks…" if document in self.context.loader.extracting else ""
                 under_way = "Completing…" if self.context.runs.state.going else extracting

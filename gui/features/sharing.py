@@ -67,7 +67,7 @@ class SharingPanel(Panel):
         """Which frames share the parameters of the current one."""
         if not self.workspace.parameters.shared.on:
             return Sharing.EACH
-        own = self.workspace.has_current and self.workspace.current.state.own_parameters
+        own = self.workspace.shown is not None and self.workspace.shown.state.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
     def refresh(self, parts: Part) -> None:
@@ -80,7 +80,7 @@ class SharingPanel(Panel):
             model.item(self.box.findData(Sharing.ALONE)).setEnabled(sharing is not Sharing.EACH)
         for button in self._buttons:
             button.setVisible(sharing is Sharing.ALONE)
-        self.widget.setEnabled(self.workspace.has_current)
+        self.widget.setEnabled(self.workspace.shown is not None)
 
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""

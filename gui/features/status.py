@@ -125,9 +125,9 @@ class StatusFeature(Feature):
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
-        if self.workspace.has_current:
+        if (document := self.workspace.shown) is not None:
             hint = self._hint_of_cloud() or self._editor.hint
-            idle = " | ".join(filter(None, (_selected_text(self.workspace.current), hint)))
+            idle = " | ".join(filter(None, (_selected_text(document), hint)))
         else:
             idle = self.context.loader.present or _NO_FRAME
         self.bar.hint.setText(self._playing or idle)

@@ -63,14 +63,14 @@ class ViewsFeature(Feature):
 
     def _tell_map(self) -> None:
         """In the first frame of a first start, say how depth is coloured."""
-        if self.workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
+        if self.workspace.shown is not None and not QSettings().value(_TOLD_KEY, False, type=bool):
             QSettings().setValue(_TOLD_KEY, True)
             self.notes.offer(_ABOUT_MAP)
 
     def _put_back(self) -> None:
         """Show depth in again where there is none of the additional depth that its view has shown."""
-        if self.workspace.has_current:
-            frame = self.workspace.current.frame
+        if (document := self.workspace.shown) is not None:
+            frame = document.frame
             gone = {"guide": frame.guide is None, "from_neighbours": frame.from_neighbours is None}
             if gone.get(self.views.contents()["depth-in"]):
                 self.views.set_content("depth-in", "depth-in")
@@ -80,7 +80,7 @@ class ViewsFeature(Feature):
             self._zooms[self._shown.key] = self.views.place
 
     def _restore_zoom(self) -> None:
-        document = self.workspace.current if self.workspace.has_current else None
+        document = self.workspace.shown
         if document is not self._shown:
             self._shown = document
             if document is not None and (place := self._zooms.get(document.key)) is not None:

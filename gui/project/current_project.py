@@ -32,7 +32,7 @@ def project_of(workspace: Workspace) -> Project:
     )
     return Project(
         frames,
-        workspace.current.id if workspace.has_current else "",
+        workspace.shown.id if workspace.shown is not None else "",
         workspace.parameters.of_next_frame,
         workspace.parameters.shared.on,
         workspace.parameters.extraction,

@@ -294,7 +294,7 @@ class FrameLoader(QObject):
         is closed instead, unless it has been worked on: it is opened again when it is shown."""
 
         def wanted() -> bool:
-            passed = transient and not self._workspace.is_shown(document)
+            passed = transient and document is not self._workspace.shown
             if passed and not (document.unsaved or document.counts()):
                 self._workspace.unload(document, stored=False)
             return document in self._workspace.open and not document.blocks.propagated_from

@@ -33,7 +33,7 @@ class _Missing(Panel):
     def refresh(self, parts: Part):
         self.drawn.append(parts)
         workspace = self.context.workspace
-        if workspace.has_current:
+        if workspace.shown is not None:
             depth = workspace.current.frame.depth
             self.requests.ask(lambda: _count_missing(depth), self._show_count)
 

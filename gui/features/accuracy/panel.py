@@ -126,7 +126,7 @@ class AccuracyPanel(Panel):
         return page(*above, _row(*choice, unit=True), self.hold_out_table)
 
     def refresh(self, parts: Part) -> None:
-        document = self.workspace.current if self.workspace.has_current else None
+        document = self.workspace.shown
         if parts & (Part.FRAME | Part.GROUND_TRUTH | Part.INVALID_MASK):
             self._show_source(document)
         if parts & (Part.FRAME | Part.GROUND_TRUTH):

@@ -171,11 +171,10 @@ class BlocksFeature(Panel):
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection, and have the results evaluated again if they have changed."""
         table, workspace = self.table, self.workspace
-        if not workspace.has_current:
+        if (document := workspace.shown) is None:
             table.set_rows({})
             self._show_hint()
             return
-        document = workspace.current
         if parts & _EVALUATED:
             self._evaluate(document)
         if self._errors is None or parts & _OF_ERRORS:
@@ -223,7 +222,7 @@ class BlocksFeature(Panel):
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""
-        if self.workspace.has_current:
+        if self.workspace.shown is not None:
             self._run(self.menu_at(x, y), place)
 
     def menu_at(self, x: float, y: float) -> QMenu:

@@ -214,7 +214,7 @@ class ExportFeature(Panel):
         if self.busy:
             return
         workspace, model = self.workspace, self.scope.model()
-        self._run, self._completion = present_frame(workspace.current) if workspace.has_current else (None, None)
+        self._run, self._completion = present_frame(workspace.shown) if workspace.shown is not None else (None, None)
         for number, scope in enumerate(Scope):
             count = len(self._entries(scope))
             name = self._run.frame.name if scope is Scope.THIS and self._run is not None else count

@@ -223,7 +223,7 @@ class FramesFeature(Panel):
             self.workspace.remove_entries(entries)
             self._show_list()
             shown = self.panel.model.entries
-            if shown and not self.workspace.has_current:
+            if shown and self.workspace.shown is None:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
         self.context.feature(ProjectFeature).ask_remove(entries, remove)

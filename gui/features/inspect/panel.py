@@ -122,7 +122,7 @@ class InspectPanel(Panel):
         )
 
     def refresh(self, parts: Part) -> None:
-        document = self.workspace.current if self.workspace.has_current else None
+        document = self.workspace.shown
         if parts & (Part.FRAME | Part.REGION):
             self.subject.setCurrentIndex(int(self._looked.region is not None))
         if parts & Part.FRAME:
@@ -158,7 +158,7 @@ class InspectPanel(Panel):
 
     @property
     def _looked(self) -> InspectionState:
-        return self.workspace.current.state.looked if self.workspace.has_current else InspectionState()
+        return self.workspace.shown.state.looked if self.workspace.shown is not None else InspectionState()
 
     # marks over the views, while the panel is open or their tool is selected
 

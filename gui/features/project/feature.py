@@ -290,7 +290,7 @@ class ProjectFeature(Feature):
     def _show_title(self) -> None:
         workspace, window = self.workspace, self.context.window
         names = [self.present.name]
-        if workspace.has_current:
+        if workspace.shown is not None:
             view = " (depth camera's view)" if workspace.current.frame.brought is not None else ""
             names.append(f"{workspace.current.name}{view}")
         name = " — ".join(filter(None, names))

@@ -110,7 +110,7 @@ class RunsPanel(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
-        document = self.workspace.current if self.workspace.has_current else None
+        document = self.workspace.shown
         self.view.show_runs(document)
         if document is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
             self._measure(document)
@@ -230,7 +230,7 @@ class RunsPanel(Panel):
 
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
-        if not self.made or not self.workspace.has_current:
+        if not self.made or self.workspace.shown is None:
             return []
         there = self.workspace.current.state.runs
         return [stored for stored in self.view.chosen() if stored in there]

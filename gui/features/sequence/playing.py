@@ -361,7 +361,7 @@ class PlayFeature(Feature):
         frames = self._from_list() if self._live is None else self._from_source(*self._live)
         parameters, count = workspace.parameters.current, len(self._entries)
         self._job = lambda: play(frames(), playback, parameters, count)
-        self.shown, self._left = None, workspace.current if workspace.has_current else None
+        self.shown, self._left = None, workspace.shown
         self._clock.clear()
         self.context.centre.show_images()
         self.views.keep_pictures(True)
@@ -408,7 +408,7 @@ class PlayFeature(Feature):
         if self._live is not None:
             self.context.actions["play_completed"].setChecked(self._completed)
         self._live = None
-        if self.workspace.has_current:
+        if self.workspace.shown is not None:
             return
         self._opening, self._place = True, self.views.place
         if self.shown is not None:
@@ -440,7 +440,7 @@ class PlayFeature(Feature):
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
-        if self.workspace.has_current:
+        if self.workspace.shown is not None:
             self._place = self._place if self._opening else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
@@ -452,10 +452,10 @@ class PlayFeature(Feature):
         workspace, place = self.workspace, self._place
         if self.playing and not all(entry in workspace.entries for entry in self._entries):
             self._on.setChecked(False)
-        elif place is not None and workspace.has_current:
+        elif place is not None and workspace.shown is not None:
             self._place = None
             self.views.set_place(*place)
-        elif self._opening and not workspace.has_current and not (self.context.loader.busy or self._saver.busy):
+        elif self._opening and workspace.shown is None and not (self.context.loader.busy or self._saver.busy):
             self.shown, self._opening = None, False
             self._frames.show_played(None)
             if self._left in workspace.open:

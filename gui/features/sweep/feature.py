@@ -162,7 +162,7 @@ class SweepFeature(Panel):
         menu = QMenu(self.context.window)
         action = menu.addAction(f"Sweep {declaration.label}…")
         action.setToolTip("Test many values and find the best")
-        action.setEnabled(can_be_swept(declaration) and self.workspace.has_current)
+        action.setEnabled(can_be_swept(declaration) and self.workspace.shown is not None)
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
@@ -174,7 +174,7 @@ class SweepFeature(Panel):
         """The sweep of the settings; None if there is none, which is told."""
         workspace, variation = self.workspace, {box.declaration.name: box for box in self._boxes()}
         try:
-            if not workspace.has_current:
+            if workspace.shown is None:
                 raise InputError("Open a frame first.")
             if len(variation) < len(self._boxes()):
                 raise InputError("Select two different parameters, or switch the second one off.")
@@ -191,7 +191,7 @@ class SweepFeature(Panel):
 
     def _show_frame(self) -> None:
         """Show the current values of the frame or its selected block, and what can be swept."""
-        if not self.workspace.has_current:
+        if self.workspace.shown is None:
             return
         document, chosen = self.workspace.current, self.workspace.chosen
         for_selected = bool(chosen) and self.criterion.for_selected
