@@ -214,8 +214,7 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        context = self.context
-        dialog = GuideNetworksDialog(context.window, context.workspace.shown is not None, self.requests, context.notes)
+        dialog = GuideNetworksDialog(self.context.window, self.workspace.shown is not None, self.requests, self.notes)
         open_once(dialog, lambda: self._load_guide(dialog.chosen()))
 
     def _why_no_neighbours(self) -> str:
@@ -239,7 +238,7 @@ class AdditionalDepthPanel(Panel):
         same = [one for one in self.workspace.entries if one.place == entry.place]
         sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
         before, after = (side[: self._count.value() * step] for side in sides)
-        document, frame = self._document, self._frame
+        document, frame = self.workspace.current, self._frame
 
         def take(found: RGBDFrame) -> None:
             if self._is_shown(document):
@@ -253,7 +252,7 @@ class AdditionalDepthPanel(Panel):
 
     def compare(self, kind: str) -> None:
         """Compute what one kind of depth changes."""
-        document = self._document
+        document = self.workspace.current
         used = document.run(document.state.common)
         changed: dict[str, Callable[[], Run]] = {
             GUIDE: lambda: replace(used, frame=used.frame.with_guide(None)),
@@ -290,7 +289,7 @@ class AdditionalDepthPanel(Panel):
     def _load_guide(self, path: str) -> None:
         """Use a file or a network of this name as guide."""
         self.reveal()
-        document, frame = self._document, self._frame
+        document, frame = self.workspace.current, self._frame
 
         def take(found: tuple[RGBDFrame, str]) -> None:
             if self._is_shown(document):
@@ -311,12 +310,8 @@ class AdditionalDepthPanel(Panel):
         return shown
 
     @property
-    def _document(self) -> Document:
-        return self.workspace.current
-
-    @property
     def _frame(self) -> RGBDFrame:
-        return self._document.frame
+        return self.workspace.current.frame
 
     def _entry(self) -> Entry:
         entry = self.workspace.current_entry

@@ -49,17 +49,16 @@ class CurvesFeature(Panel):
     widget: CurvesPanel
 
     def make(self) -> CurvesPanel:
-        context = self.context
-        panel = CurvesPanel(context.panels.persistent)
-        self._state = context.runs.state
+        panel = CurvesPanel(self.context.panels.persistent)
+        self._state = self.context.runs.state
         self._bar = bar = panel.scrub_bar
         bar.set_hint("View earlier iterations: the views show the depth after iteration i of every block.")
         bar.moved.connect(lambda _: self._show_iteration())
         self.workspace.about_to_change.connect(bar.go_to_end)
-        context.runs.state_changed.connect(self._follow_run)
+        self.context.runs.state_changed.connect(self._follow_run)
         edits = Part.LABELS | Part.STROKE | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
-        context.refresh.add("current iteration", bar.go_to_end, edits)
-        context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
+        self.context.refresh.add("current iteration", bar.go_to_end, edits)
+        self.context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
         return panel
 
     def refresh(self, parts: Part) -> None:

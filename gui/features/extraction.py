@@ -82,8 +82,7 @@ class ExtractionPanel(Panel):
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
-        context = self.context
-        button = command_button(context.actions["extract"], TEXT_BESIDE_ICON)
+        button = command_button(self.context.actions["extract"], TEXT_BESIDE_ICON)
         preview = QCheckBox("Preview")
         preview.setChecked(self._previews)
         preview.setToolTip(
@@ -91,19 +90,19 @@ class ExtractionPanel(Panel):
         )
         preview.clicked.connect(self._switch_preview)
         keep = QCheckBox("Keep blocks made by hand")
-        keep.setChecked(context.workspace.parameters.keeps_handmade)
+        keep.setChecked(self.workspace.parameters.keeps_handmade)
         keep.setToolTip(
             "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
             "blocks are always kept"
         )
-        keep.clicked.connect(context.workspace.parameters.set_keeps_handmade)
+        keep.clicked.connect(self.workspace.parameters.set_keeps_handmade)
         self._summary = QLabel(wordWrap=True)
         self._summary.setObjectName("summary")
         self._summary.linkActivated.connect(self.show_view)
         self._summary.hide()
         self.form = ParameterForm(BlockParameters)
         self.form.set_base(BlockParameters())
-        self.form.changed.connect(context.workspace.parameters.set_extraction)
+        self.form.changed.connect(self.workspace.parameters.set_extraction)
         row = lay_out(QHBoxLayout(), button, preview, None, spacing=10)
         widget = QWidget()
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)

@@ -232,10 +232,9 @@ class FilterPanel(Panel):
     def try_shown(self) -> None:
         """Try smaller and larger values of the parameters shown, and put those first that change the depth of this
         frame most; its parameters and results stay as they are."""
-        document = self.workspace.current
         blocks = sorted(self._selected) if self._applies_to_selected else ()
         self._change, self._edited = None, self.shown
-        run, names = document.run(self.workspace.parameters.current), self.form.shown
+        run, names = self.workspace.current.run(self.workspace.parameters.current), self.form.shown
         self.requests.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")
 
     def _compare(self, change: _Change) -> None:

@@ -45,8 +45,7 @@ class SharingPanel(Panel):
         for number, sharing in enumerate(Sharing):
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
-        actions = self.context.actions
-        self._buttons = [command_button(actions[name]) for name in ("share_parameters", "reset_to_shared")]
+        self._buttons = [command_button(self.context.actions[name]) for name in ("share_parameters", "reset_to_shared")]
         row = QWidget()
         lay_out(QHBoxLayout(row), self.box, *self._buttons, spacing=2, stretched=self.box)
         return row

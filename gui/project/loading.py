@@ -338,8 +338,7 @@ class FrameLoader(QObject):
 
     def _take_extraction(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of an extraction with the workspace's parameters."""
-        keeps_handmade = self._workspace.parameters.keeps_handmade
-        kept = document.set_extracted(found, parameters, keeps_handmade)
+        kept = document.set_extracted(found, parameters, self._workspace.parameters.keeps_handmade)
         self._report_blocks(document, _describe_kept(*kept), *found.notes)
 
     def _report_blocks(self, document: Document, *notes: str) -> None:

@@ -79,7 +79,6 @@ class InspectPanel(Panel):
         context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
-        context = self.context
         self.pages = QTabWidget(documentMode=True)
         self.pages.setAccessibleName("Inspection")
         self.profile = ProfilePage(self._buttons("tool_profile", "save_profile", "save_profile_picture"))
@@ -89,9 +88,9 @@ class InspectPanel(Panel):
         self.pages.addTab(self._measurements_page(), "Measurements")
         self.pages.setMinimumSize(240, 120)
         self.pages.currentChanged.connect(lambda _: self.redraw())
-        context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
-        context.views.cursorMoved.connect(self._hover)
-        context.refresh.add("profile place", self._follow, NO_PART)
+        self.context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
+        self.views.cursorMoved.connect(self._hover)
+        self.context.refresh.add("profile place", self._follow, NO_PART)
         return self.pages
 
     def _buttons(self, *commands: str) -> list[QToolButton]:

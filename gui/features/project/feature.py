@@ -154,15 +154,14 @@ class ProjectFeature(Feature):
         if self.discard_silently:
             return True
         yield self.saving.when_done
-        context = self.context
-        entries = [*context.workspace.entries] if only is None else [only]
+        entries = [*self.workspace.entries] if only is None else [only]
         documents = {entry.document for entry in entries}
         rows = {entry.id: (entry.name, work) for entry in entries if (work := self._work_on(entry))}
         if only is None and (words := self.present.words()):
             rows[""] = "The project itself", words
         others = [
             f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and what it has not finished is lost."
-            for way in context.pending_work()
+            for way in self.context.pending_work()
             if (only is None if way.about is None else way.about in documents)
         ]
         if not (rows or others):
@@ -170,7 +169,7 @@ class ProjectFeature(Feature):
         if self.question is not None:
             self.question.raise_()
             return False
-        self.question = CloseDialog(what, rows, others, context.runs, self._saved, context.window)
+        self.question = CloseDialog(what, rows, others, self.context.runs, self._saved, self.context.window)
         may: bool = yield self.question.ask
         self.question = None
         return may

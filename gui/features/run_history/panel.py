@@ -232,8 +232,7 @@ class RunsPanel(Panel):
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
         if not self.made or self.workspace.shown is None:
             return []
-        there = self.workspace.current.state.runs
-        return [stored for stored in self.view.chosen() if stored in there]
+        return [stored for stored in self.view.chosen() if stored in self.workspace.shown.state.runs]
 
     def _edit_cell(self, column: RunColumn) -> None:
         """Edit the name or the note of the selected run in the table."""

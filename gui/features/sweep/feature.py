@@ -356,8 +356,7 @@ class SweepFeature(Panel):
             return QIcon(blank)
         if number not in self._icons:
             image = rgb_image(table[to_indices(pictures[number], *levels)][..., :3])
-            smooth = Qt.TransformationMode.SmoothTransformation
-            image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
+            image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation)
             self._icons[number] = QIcon(QPixmap.fromImage(image))
         return self._icons[number]
 
