@@ -35,11 +35,10 @@ class ViewsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, views = context.workspace, context.views
         menu = context.actions.menu("", context.window, "contours_only block_names show_missing fit")
-        self.bar = ViewBar(views, context.centre, menu)
+        self.bar = ViewBar(self.views, context.centre, menu)
         refresh = context.refresh
-        refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
+        refresh.add("pictures", lambda: self.views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
         self._shown: Document | None = None
         self._zooms: dict[str, tuple[float, float, float] | None] = {}
         """Key of a frame -> its last zoom."""
@@ -47,16 +46,16 @@ class ViewsFeature(Feature):
         """Whether the layout *Compare two* was left to swipe."""
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
-        workspace.on(Part.FRAME, self._remember_zoom)
+        self.workspace.on(Part.FRAME, self._remember_zoom)
         refresh.add("place", self._restore_zoom, Part.FRAME)  # after the pictures, which show another frame whole
-        refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
+        refresh.add("blocks", lambda: self.views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
         blink = context.actions["blink"]
         # an edit must show its effect on the result
         edits = (
             Part.FRAME | Part.REPLACED | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.LABELS | Part.STROKE
         )
         refresh.add("blink", partial(blink.setChecked, False), edits)
-        views.sheet.layoutChanged.connect(self._follow_layout)
+        self.views.sheet.layoutChanged.connect(self._follow_layout)
         refresh.add("depth in", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
         if context.panels.persistent:
             refresh.add("depth colours", self._tell_map, Part.FRAME)
