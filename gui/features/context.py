@@ -159,6 +159,9 @@ class Feature(QObject):
 
     Attributes
     ----------
+    context : Context
+    workspace, notes, views
+        Those of the context.
     what : str
         What is computed, as in "hold-out test": named in errors.
     more_commands : sequence of Command
