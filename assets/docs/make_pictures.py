@@ -90,7 +90,7 @@ class Tour:
         """Open the sample and run it."""
         window, workspace = self.window, self.window.workspace
         window.documents.open_paths([asset_path("samples/room")])
-        self.wait(lambda: workspace.has_current and workspace.current.counts() and not window.loader.busy)
+        self.wait(lambda: workspace.shown is not None and workspace.shown.counts() and not window.loader.busy)
         self.do("run")
         self.settle()
 

@@ -66,9 +66,9 @@ class HeadlessRun(QObject):
         window, workspace = self._window, self._window.workspace
         while window.loader.busy:
             yield
-        if not workspace.has_current and self._picture is not None:
+        if workspace.shown is None and self._picture is not None:
             self._check_without_frame(run)
-        if run and workspace.has_current:
+        if run and workspace.shown is not None:
             if not workspace.current.counts():
                 raise InputError(
                     f"{workspace.current.name} has no blocks to complete: "

@@ -151,9 +151,7 @@ class AdditionalDepthPanel(Panel):
         section = _Section(content, Message(), Message(), QPushButton("Show"), QPushButton("What it changes"))
         section.show.setCheckable(True)
         section.show.setToolTip(f"Show it in the view Depth in: {kind}")
-        section.show.clicked.connect(
-            lambda on: self.context.views.set_content("depth-in", content if on else "depth-in")
-        )
+        section.show.clicked.connect(lambda on: self.views.set_content("depth-in", content if on else "depth-in"))
         section.compare.setToolTip("Complete the frame without it and with it, and compare; known depth is hidden, too")
         section.compare.clicked.connect(lambda: self.compare(kind))
         column.addWidget(section.message)
@@ -175,9 +173,9 @@ class AdditionalDepthPanel(Panel):
             asked = self.requests.question
             if asked is not None and asked.kind == "comparison":  # with what was there before
                 self.requests.cancel()
-        texts = self._texts() if self.context.workspace.has_current else {}
-        shown = self.context.views.contents()["depth-in"]
-        has_blocks = bool(texts) and bool(self.context.workspace.current.counts())
+        texts = self._texts() if self.workspace.shown is not None else {}
+        shown = self.views.contents()["depth-in"]
+        has_blocks = bool(texts) and bool(self.workspace.current.counts())
         for kind, section in self._sections.items():
             there = bool(texts.get(kind))
             section.message.show_message(texts.get(kind) or "None in this frame.", "text" if there else "muted")
@@ -187,7 +185,7 @@ class AdditionalDepthPanel(Panel):
 
     def _texts(self) -> dict[str, str]:
         """Return where each kind of depth is from, and how much it covers; "" for none."""
-        frame, by_hand = self._frame, self.context.workspace.current.blocks.by_hand
+        frame, by_hand = self._frame, self.workspace.current.blocks.by_hand
         missing = max(int(np.count_nonzero(frame.missing)), 1)
         texts = dict.fromkeys((GUIDE, NEIGHBOURS, BY_HAND), "")
         if frame.guide is not None:
@@ -216,13 +214,12 @@ class AdditionalDepthPanel(Panel):
     @command("guide_by_network", "Guide by net&work…", icon="ph.brain")
     def choose_network(self) -> None:
         """Fetch a network that predicts depth from colour, or choose one that is here, and use it as guide."""
-        context = self.context
-        dialog = GuideNetworksDialog(context.window, context.workspace.has_current, self.requests, context.notes)
+        dialog = GuideNetworksDialog(self.context.window, self.workspace.shown is not None, self.requests, self.notes)
         open_once(dialog, lambda: self._load_guide(dialog.chosen()))
 
     def _why_no_neighbours(self) -> str:
         entry, place = self._entry(), self._entry().place
-        others = (one for one in self.context.workspace.entries if one is not entry)
+        others = (one for one in self.workspace.entries if one is not entry)
         if place is None or all(one.place != place for one in others):
             return "The list has no other frame of this sequence: open its folder or recording."
         if entry.source is not None and is_result_folder(entry.source):
@@ -238,24 +235,24 @@ class AdditionalDepthPanel(Panel):
         QSettings().setValue(_COUNT_KEY, self._count.value())
         QSettings().setValue(_STEP_KEY, self._step.value())
         entry, step = self._entry(), self._step.value()
-        same = [one for one in self.context.workspace.entries if one.place == entry.place]
+        same = [one for one in self.workspace.entries if one.place == entry.place]
         sides = around([one.source for one in same if one.source is not None], same.index(entry), len(same))
         before, after = (side[: self._count.value() * step] for side in sides)
-        document, frame = self._document, self._frame
+        document, frame = self.workspace.current, self._frame
 
         def take(found: RGBDFrame) -> None:
             if self._is_shown(document):
                 if found.from_neighbours is not None:
                     document.set_neighbours(found.neighbours, "Use neighbours")
-                self.context.notes.show_message(f"{document.name}: {found.notes[-1]}")
+                self.notes.show_message(f"{document.name}: {found.notes[-1]}")
 
-        fail = partial(self.context.notes.report, "Use neighbours")
+        fail = partial(self.notes.report, "Use neighbours")
         self.requests.ask(lambda: neighbour_steps(frame, before, after, step=step), take, fail, kind="neighbours")
         self.work.begin()
 
     def compare(self, kind: str) -> None:
         """Compute what one kind of depth changes."""
-        document = self._document
+        document = self.workspace.current
         used = document.run(document.state.common)
         changed: dict[str, Callable[[], Run]] = {
             GUIDE: lambda: replace(used, frame=used.frame.with_guide(None)),
@@ -278,49 +275,45 @@ class AdditionalDepthPanel(Panel):
     @command("remove_guide", "Remove guide", icon="ph.x-circle", needs=Need.GUIDE)
     def remove_guide(self) -> None:
         """Complete the frame without a guide."""
-        self.context.workspace.current.set_guide(None, "Remove guide")
-        self.context.notes.show_message("Guide removed.")
+        self.workspace.current.set_guide(None, "Remove guide")
+        self.notes.show_message("Guide removed.")
 
     @command("remove_neighbours", "Remove depth of neighbours", icon="ph.x-circle", needs=Need.NEIGHBOURS)
     def remove_neighbours(self) -> None:
         """Complete the frame with its own depth alone."""
-        self.context.workspace.current.set_neighbours(None, "Remove depth of neighbours")
-        self.context.notes.show_message("Depth of neighbours removed.")
+        self.workspace.current.set_neighbours(None, "Remove depth of neighbours")
+        self.notes.show_message("Depth of neighbours removed.")
 
     # what a worker does
 
     def _load_guide(self, path: str) -> None:
         """Use a file or a network of this name as guide."""
         self.reveal()
-        document, frame = self._document, self._frame
+        document, frame = self.workspace.current, self._frame
 
         def take(found: tuple[RGBDFrame, str]) -> None:
             if self._is_shown(document):
                 document.set_guide(found[0].guide, "Load guide")
-                self.context.notes.show_message(f"{document.name}: {found[1]}")
+                self.notes.show_message(f"{document.name}: {found[1]}")
 
         self.requests.ask(
-            lambda: _with_guide(frame, path), take, partial(self.context.notes.report, "Load guide"), kind="guide"
+            lambda: _with_guide(frame, path), take, partial(self.notes.report, "Load guide"), kind="guide"
         )
 
     def _is_shown(self, document: Document) -> bool:
         """Whether a frame still is the current one; a message says if not."""
-        shown = self.context.workspace.is_shown(document)
+        shown = document is self.workspace.shown
         if not shown:
-            self.context.notes.show_message(
+            self.notes.show_message(
                 f"{document.name}: nothing was added, since another frame is shown now. Show it, and try again."
             )
         return shown
 
     @property
-    def _document(self) -> Document:
-        return self.context.workspace.current
-
-    @property
     def _frame(self) -> RGBDFrame:
-        return self._document.frame
+        return self.workspace.current.frame
 
     def _entry(self) -> Entry:
-        entry = self.context.workspace.current_entry
+        entry = self.workspace.current_entry
         assert entry is not None  # every open frame is in the list
         return entry

@@ -46,9 +46,7 @@ class CloudFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = workspace = context.workspace
         self._cloud = cloud = context.cloud
-        self._views = views = context.views
         cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._request: Scene | None = None
         self._made: Scene | None = None
@@ -59,20 +57,20 @@ class CloudFeature(Feature):
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
         cloud.canvas.drawing.failed.connect(self.fail)
-        views.cursorMoved.connect(self._show_value)
-        views.cursorMoved.connect(cloud.canvas.mark)
+        self.views.cursorMoved.connect(self._show_value)
+        self.views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
         cloud.canvas.picked.connect(self._pick)
         errors = context.feature(ErrorFeature)
         errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
-        workspace.on(Part.FRAME, self._turn)
+        self.workspace.on(Part.FRAME, self._turn)
         context.refresh.add(
             "cloud",
             self.show,
             _SHOWN,
             deferred_on=Part.SOME_RESULTS,
             when=cloud.isVisible,
-            also=(views.shownChanged, context.centre.turned, cloud.colours_changed, views.ranges.changed),
+            also=(self.views.shownChanged, context.centre.turned, cloud.colours_changed, self.views.ranges.changed),
         )
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
@@ -88,8 +86,8 @@ class CloudFeature(Feature):
         self.context.centre.set_side_by_side(on)
 
     def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or not self._workspace.has_current
-        return "" if there or self._workspace.current.completion() is not None else "Not available now."
+        there = not self._cloud.isVisible() or self.workspace.shown is None
+        return "" if there or self.workspace.current.completion() is not None else "Not available now."
 
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
@@ -105,8 +103,7 @@ class CloudFeature(Feature):
         """Show the cloud, or the reason why there is none."""
         if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
-        document = self._workspace.current if self._workspace.has_current else None
-        if document is None:
+        if (document := self.workspace.shown) is None:
             self._cloud.set_message()
             self._cloud.set_unavailable({})
             return
@@ -125,7 +122,7 @@ class CloudFeature(Feature):
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
-        document = self._workspace.current if self._workspace.has_current else None
+        document = self.workspace.shown
         if self._request is not None and (document is None or document.key != self._request.key):
             self._drop()
 
@@ -134,7 +131,7 @@ class CloudFeature(Feature):
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
         raw = completion is not None and self._cloud.raw.isChecked()
-        viewed_iteration = None if raw else self._workspace.viewed_iteration
+        viewed_iteration = None if raw else self.workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
             depth, title = viewed_iteration.depth, f"{by.text} {viewed_iteration.text}"
@@ -183,7 +180,7 @@ class CloudFeature(Feature):
 
     def _layer(self, document: Document, depth: NDArray[np.float32], content: str, shades: theme.Colours) -> Layer:
         """The layer of a content of the images for this depth, in their colour ranges."""
-        data = copy(self._views.data)
+        data = copy(self.views.data)
         data.result, data.expected, data.error_is_outdated = MarkedDepth(depth), document.expected_error(), False
         data.swipe_column, data.shows_a_as_result = None, False
         data.ranges = {kind: self._range(kind) for kind in KINDS}
@@ -195,8 +192,8 @@ class CloudFeature(Feature):
     def _range(self, kind: str) -> Range:
         """Range mode of a kind, with its fixed levels if any; depth uses the levels of the images."""
         if kind == "depth":
-            return Range(FIXED, self._views.ranges.depth)
-        one = self._views.ranges.of(kind)
+            return Range(FIXED, self.views.ranges.depth)
+        one = self.views.ranges.of(kind)
         return replace(one) if one.locked or one.mode == FIXED else replace(one, levels=None)
 
     def _marks(self, document: Document, by: ColourBy, shades: theme.Colours, plain: QColor) -> tuple[Mark, ...]:
@@ -241,11 +238,11 @@ class CloudFeature(Feature):
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""
         made = self._made
-        return made is not None and self._workspace.has_current and self._workspace.current.key == made.key
+        return made is not None and self.workspace.shown is not None and self.workspace.shown.key == made.key
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():
-            self._views.point_at(pixel)
+            self.views.point_at(pixel)
 
     def _pick(self, x: int, y: int, adds: bool) -> None:
         if not self._shows_present():
@@ -258,13 +255,13 @@ class CloudFeature(Feature):
             self._choose(x, y, adds)
 
     def _choose(self, x: int, y: int, adds: bool) -> None:
-        document = self._workspace.current
+        document = self.workspace.current
         label = int(document.labels[y, x])
         if label and adds:
             chosen = [one for one in document.selected if one != label]
-            self._workspace.select(chosen if label in document.selected else [*chosen, label])
+            self.workspace.select(chosen if label in document.selected else [*chosen, label])
         elif not adds:
-            self._workspace.select([label] if label else [])
+            self.workspace.select([label] if label else [])
 
     @staticmethod
     def _unavailable(document: Document) -> dict[ColourBy, str]:

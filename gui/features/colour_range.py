@@ -164,7 +164,7 @@ class ColourRange(Panel):
         self.context.panels.enter(self.title)
 
     def make(self) -> QWidget:
-        actions, views = self.context.actions, self.context.views
+        actions, views = self.context.actions, self.views
         for signal in (views.rangeChanged, views.shownChanged):
             signal.connect(self.redraw)
         self.kind = ""
@@ -198,7 +198,7 @@ class ColourRange(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show the range of the active view, or why there is none."""
-        ranges, cell, levels = self.context.views.ranges, self.context.views.ranged, self._levels
+        ranges, cell, levels = self.views.ranges, self.views.ranged, self._levels
         self.kind = kind = "" if levels is None else cell.range_kind
         self.heading.setText(f"{cell.strip.title} [{KINDS[kind]}]" if kind else cell.strip.title)
         self._pages.setCurrentIndex(int(levels is None))
@@ -209,7 +209,7 @@ class ColourRange(Panel):
 
     def _show_range(self, one: Range, levels: Levels) -> None:
         """Show the range of the present kind over the values of the view."""
-        self.histogram.show_values(self.context.views.ranged.view.values(), levels, self.kind, one.locked)
+        self.histogram.show_values(self.views.ranged.view.values(), levels, self.kind, one.locked)
         self.mode.setCurrentIndex(self.mode.findData(one.mode))
         for number, level in zip((self.low, self.high), levels, strict=True):
             with QSignalBlocker(number):
@@ -230,15 +230,15 @@ class ColourRange(Panel):
     @property
     def _levels(self) -> Levels | None:
         """The range of the active view; None if it has none now."""
-        cell = self.context.views.ranged
-        return cell.bar.levels if self.context.workspace.has_current and cell.range_kind else None
+        cell = self.views.ranged
+        return cell.bar.levels if self.workspace.shown is not None and cell.range_kind else None
 
     def _why_no_range(self) -> str:
         return "" if self._levels is not None else "Not available now."
 
     def _show_lock(self) -> None:
         """Show whether the range is locked."""
-        views, lock = self.context.views, self.context.actions["lock_range"]
+        views, lock = self.views, self.context.actions["lock_range"]
         with QSignalBlocker(lock):
             lock.setChecked(self._levels is not None and views.ranges.of(views.ranged.range_kind).locked)
 
@@ -252,7 +252,7 @@ class ColourRange(Panel):
     )
     def fit(self) -> None:
         """Set the colour range to the values of the selected blocks, or of the visible part of the view."""
-        cell, document = self.context.views.ranged, self.context.workspace.current
+        cell, document = self.views.ranged, self.workspace.current
         kind, box = cell.range_kind, cell.view.visible_box()
         of_blocks = cell.view.values(np.isin(document.labels, document.selected))
         found = None if of_blocks is None else range_of(of_blocks, kind)
@@ -260,22 +260,21 @@ class ColourRange(Panel):
         seen = cell.view.values(box) if found is None else None
         levels = range_of(seen, kind) if seen is not None else found
         if levels is None:
-            self.context.notes.show_message(f"{cell.strip.title} has no different values in the view.")
+            self.notes.show_message(f"{cell.strip.title} has no different values in the view.")
             return
-        self.context.views.ranges.set(kind, FIXED, levels, locked=False)
-        self.context.notes.show_briefly(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
+        self.views.ranges.set(kind, FIXED, levels, locked=False)
+        self.notes.show_briefly(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
 
     def _set_mode(self) -> None:
-        cell, mode = self.context.views.ranged, self.mode.currentData()
+        cell, mode = self.views.ranged, self.mode.currentData()
         kind, levels = cell.range_kind, cell.bar.levels
-        self.context.views.ranges.set(kind, mode, levels if mode == FIXED else None)
+        self.views.ranges.set(kind, mode, levels if mode == FIXED else None)
 
     def _set_levels(self, low: float, high: float) -> None:
-        views = self.context.views
         if low < high:
-            views.ranges.set(views.ranged.range_kind, FIXED, (low, high))
+            self.views.ranges.set(self.views.ranged.range_kind, FIXED, (low, high))
         else:
-            self.context.notes.show_message("The lower limit of the colour range must be below the upper one.")
+            self.notes.show_message("The lower limit of the colour range must be below the upper one.")
             self.redraw()
 
     @command(
@@ -283,7 +282,6 @@ class ColourRange(Panel):
     )
     def _set_lock(self, on: bool) -> None:
         """Keep the colour range in all views, for all runs and frames."""
-        views = self.context.views
-        kind, levels = views.ranged.range_kind, views.ranged.bar.levels
+        kind, levels = self.views.ranged.range_kind, self.views.ranged.bar.levels
         if kind:
-            views.ranges.set(kind, views.ranges.of(kind).mode, levels if on else None, locked=on)
+            self.views.ranges.set(kind, self.views.ranges.of(kind).mode, levels if on else None, locked=on)

@@ -115,7 +115,7 @@ class Context:
     def missing(self) -> Need:
         """Return what is missing now of all that commands may need."""
         workspace = self.workspace
-        document = workspace.current if workspace.has_current else None
+        document = workspace.shown
         there = NOTHING if self.actions.is_on("play_frames") else Need.NOT_PLAYING
         prepared = not self.loader.reading and document not in self.loader.extracting
         there |= Need.IDLE if self.runs.state.free and prepared else NOTHING
@@ -159,6 +159,9 @@ class Feature(QObject):
 
     Attributes
     ----------
+    context : Context
+    workspace, notes, views
+        Those of the context.
     what : str
         What is computed, as in "hold-out test": named in errors.
     more_commands : sequence of Command
@@ -185,6 +188,7 @@ class Feature(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self.context = context
+        self.workspace, self.notes, self.views = context.workspace, context.notes, context.views
         context.features.append(self)
 
     @cached_property
@@ -199,7 +203,7 @@ class Feature(QObject):
 
     def fail(self, error: Exception) -> None:
         """Handle an error of what was asked for."""
-        self.context.notes.report(f"The {self.what} failed", error)
+        self.notes.report(f"The {self.what} failed", error)
 
     def pending_work(self) -> Sequence[Job]:
         """What is asked for and would be lost if its frame or the window were closed: that of which is said `what` it

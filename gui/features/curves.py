@@ -49,30 +49,24 @@ class CurvesFeature(Panel):
     widget: CurvesPanel
 
     def make(self) -> CurvesPanel:
-        context = self.context
-        panel = CurvesPanel(context.panels.persistent)
-        self._workspace = workspace = context.workspace
-        self._state = context.runs.state
+        panel = CurvesPanel(self.context.panels.persistent)
+        self._state = self.context.runs.state
         self._bar = bar = panel.scrub_bar
         bar.set_hint("View earlier iterations: the views show the depth after iteration i of every block.")
         bar.moved.connect(lambda _: self._show_iteration())
-        workspace.about_to_change.connect(bar.go_to_end)
-        context.runs.state_changed.connect(self._follow_run)
+        self.workspace.about_to_change.connect(bar.go_to_end)
+        self.context.runs.state_changed.connect(self._follow_run)
         edits = Part.LABELS | Part.STROKE | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS
-        context.refresh.add("current iteration", bar.go_to_end, edits)
-        context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
+        self.context.refresh.add("current iteration", bar.go_to_end, edits)
+        self.context.refresh.add("earlier iteration", self._show_again, Part.RESULTS | Part.PARAMETERS, self.deferred)
         return panel
 
     def refresh(self, parts: Part) -> None:
         """Draw the curves; those already shown are extended. Update the range of the slider."""
-        document = self._document
+        document = self.workspace.shown
         draw_curves(self.widget, document)
         last = 0 if document is None else max((len(records) for records, _ in _tracks(document)), default=0)
         self._bar.set_range(last)
-
-    @property
-    def _document(self) -> Document | None:
-        return self._workspace.current if self._workspace.has_current else None
 
     def _follow_run(self) -> None:
         before, self._state = self._state, self.context.runs.state
@@ -80,16 +74,16 @@ class CurvesFeature(Panel):
             self._bar.go_to_end()
 
     def _show_again(self) -> None:
-        if not self._bar.at_end or self._workspace.viewed_iteration is not None:
+        if not self._bar.at_end or self.workspace.viewed_iteration is not None:
             self._show_iteration()
 
     def _show_iteration(self) -> None:
         """Show the depth at the slider's iteration."""
-        document, iteration = self._document, self._bar.position
+        document, iteration = self.workspace.shown, self._bar.position
         if self._bar.at_end or document is None:
             self.requests.forget()
             self.widget.look_at(None)
-            self._workspace.view_iteration(None)
+            self.workspace.view_iteration(None)
             return
         self.widget.look_at(iteration)
         present = document.current_depth()
@@ -97,8 +91,8 @@ class CurvesFeature(Panel):
         blocks = [(track, track.at(iteration)) for records, track in _tracks(document) if iteration < len(records)]
 
         def show(depth: NDArray[np.float32]) -> None:
-            if document is self._document and not self._bar.at_end:
-                self._workspace.view_iteration(ViewedIteration(depth, iteration))
+            if document is self.workspace.shown and not self._bar.at_end:
+                self.workspace.view_iteration(ViewedIteration(depth, iteration))
 
         self.requests.ask(lambda: depth_at_key_frames(base, blocks), show)
 

@@ -52,21 +52,19 @@ class DerivedFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = context.workspace
         self._document: Document | None = None
         self._requested: dict[str, tuple[Any, ...]] = {}
         """What each kind is derived from; the same data are derived once, also if that fails."""
-        views = context.views
         context.workspace.on(Part.FRAME, self._turn)
         for name, (_, parts, later) in _KINDS.items():
-            seen = partial(views.shows, name) if name != "guide" else lambda: True
+            seen = partial(self.views.shows, name) if name != "guide" else lambda: True
             show = partial(self.show, name)
-            context.refresh.add(name, show, parts, later, also=(views.shownChanged,), when=seen)
+            context.refresh.add(name, show, parts, later, also=(self.views.shownChanged,), when=seen)
 
     def show(self, name: str) -> None:
         """Ask for a kind, unless it is there or pending."""
-        if self._workspace.has_current:
-            self._document = self._workspace.current
+        if self.workspace.shown is not None:
+            self._document = self.workspace.current
             getattr(self, f"_ask_{name}")(self._document)
 
     def _turn(self) -> None:
@@ -86,19 +84,19 @@ class DerivedFeature(Feature):
         """Show nothing of a kind, also when it comes, or a text instead."""
         self._requested.pop(name, None)
         shown = instead or _KINDS[name][0]
-        if getattr(self.context.views.data, name) is not shown:
-            self.context.views.show_found(**{name: shown})
+        if getattr(self.views.data, name) is not shown:
+            self.views.show_found(**{name: shown})
 
     def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
         # another frame may be shown that nothing was asked of yet
-        if key == self._requested.get(name) and self._document is not None and self._workspace.is_shown(self._document):
-            self.context.views.show_found(**{name: found})
+        if key == self._requested.get(name) and self._document is not None and self._document is self.workspace.shown:
+            self.views.show_found(**{name: found})
 
     def _take_error(self, name: str, key: tuple[Any, ...], error: Exception) -> None:
         if name == "before":
             self._take(name, key, Before(text=error_text(error)))
         elif key == self._requested.get(name):
-            self.context.notes.report("View content", error)
+            self.notes.report("View content", error)
 
     def _ask_edges(self, document: Document) -> None:
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
@@ -117,7 +115,7 @@ class DerivedFeature(Feature):
 
     def _ask_spectrum(self, document: Document) -> None:
         """Ask for the spectrum of the selected block."""
-        label = self._workspace.chosen
+        label = self.workspace.chosen
         result = document.valid_results().get(label)
         if not label:
             self._tell("spectrum", "Select a block")
@@ -136,7 +134,7 @@ class DerivedFeature(Feature):
 
     def _ask_before(self, document: Document) -> None:
         """Ask for the depth of the frame before in the list."""
-        entry, (listed, _) = self._workspace.current_entry, self.context.feature(FramesFeature).shown()
+        entry, (listed, _) = self.workspace.current_entry, self.context.feature(FramesFeature).shown()
         row = listed.index(entry) if entry in listed else 0
         if entry is None or row == 0:
             self._tell("before", Before(text="The list has no frame before this one"))

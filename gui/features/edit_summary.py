@@ -128,7 +128,6 @@ class EditSummaryFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = workspace = context.workspace
         self._change: Edit | None = None
         """The last edit; None for none."""
         self._effect: EditSummary | None = None
@@ -143,11 +142,11 @@ class EditSummaryFeature(Feature):
         """Completion before the last edit."""
         self._present: Completion | None = None
         """Completion when no run was in progress."""
-        workspace.about_to_change.connect(self._note_present)
-        workspace.edited.connect(self._take)
-        workspace.on(Part.FRAME | Part.REPLACED, self._forget)
-        workspace.on(Part.GROUND_TRUTH, self._ask_again)
-        workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
+        self.workspace.about_to_change.connect(self._note_present)
+        self.workspace.edited.connect(self._take)
+        self.workspace.on(Part.FRAME | Part.REPLACED, self._forget)
+        self.workspace.on(Part.GROUND_TRUTH, self._ask_again)
+        self.workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         context.runs.state_changed.connect(self._go_on)
         context.runs.resolved.connect(self._tell_resolved)
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
@@ -164,16 +163,16 @@ class EditSummaryFeature(Feature):
         self.line.draw()
         change = self._change
         if not on or change is None:
-            self.context.views.look_back(None)
+            self.views.look_back(None)
             return
-        labels = self._workspace.current.labels
+        labels = self.workspace.current.labels
         if change.patch is not None:
             labels = _labels_before(change.patch, change.forward, labels)
-        self.context.views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
+        self.views.look_back(FormerState(labels, None if self._before is None else self._before.depth))
 
     def _take(self, edit: Edit) -> None:
         """Note an edit at once: results of the blocks before it are gone by the next turn."""
-        if not self._workspace.is_shown(edit.document):
+        if edit.document is not self.workspace.shown:
             return
         self._change, self._before, self._asked, self._note = edit, self._present, False, ""
         self.requests.forget()
@@ -190,7 +189,7 @@ class EditSummaryFeature(Feature):
 
     def _go_on(self) -> None:
         self._note_present()
-        if self.context.runs.state is not RunState.IDLE or not self._workspace.has_current:
+        if self.context.runs.state is not RunState.IDLE or self.workspace.shown is None:
             return
         change = self._change
         if self._asked or change is None or (change.patch is None and self._before is None):
@@ -215,7 +214,7 @@ class EditSummaryFeature(Feature):
     def _note_present(self) -> None:
         """Note the present completion, unless a run is changing it."""
         if self.context.runs.state is RunState.IDLE:
-            self._present = self._workspace.current.completion() if self._workspace.has_current else None
+            self._present = self.workspace.shown.completion() if self.workspace.shown is not None else None
 
     def _say(self, change: Edit, effect: EditSummary | None, note: str = "") -> None:
         if change is self._change:
@@ -226,7 +225,7 @@ class EditSummaryFeature(Feature):
     def _text(self, colours: theme.Colours) -> str:
         """What the line says: the last edit with its effect, or that the views show the state before it."""
         if self._change is None:
-            return _in_tone(colours.muted, _EMPTY if self._workspace.has_current else "")
+            return _in_tone(colours.muted, _EMPTY if self.workspace.shown is not None else "")
         title = _title(self._change)
         if self.context.actions.is_on("show_before_edit"):
             return _in_tone(colours.accent, f"<b>Before the edit: {html.escape(title)}</b>")
@@ -234,7 +233,7 @@ class EditSummaryFeature(Feature):
 
     def _tell_resolved(self, text: str) -> None:
         if not self.busy:  # after an edit, its summary is shown instead
-            self.context.notes.show_briefly(text)
+            self.notes.show_briefly(text)
 
 
 def _title(change: Edit) -> str:

@@ -21,13 +21,12 @@ class ErrorFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._views = views = context.views
         self._watchers: list[Callable[[], bool]] = []
         context.refresh.add(
             "error",
             self.ask,
             Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR | Part.RUNNING,
-            also=(context.cloud.colours_changed, views.shownChanged, context.centre.turned),
+            also=(context.cloud.colours_changed, self.views.shownChanged, context.centre.turned),
         )
 
     def watch(self, is_seen: Callable[[], bool]) -> None:
@@ -36,15 +35,14 @@ class ErrorFeature(Feature):
 
     def ask(self) -> None:
         """Compute the expected error of the current results if it is visible and no run is changing them."""
-        if not self.context.workspace.has_current:
+        if (document := self.workspace.shown) is None:
             return
-        document = self.context.workspace.current
         completion = document.completion()
         if (
             completion is not None
             and document.expected_error() is None
-            and completion is not self._views.data.without_error
-            and (self._views.shows("expected") or any(is_seen() for is_seen in self._watchers))
+            and completion is not self.views.data.without_error
+            and (self.views.shows("expected") or any(is_seen() for is_seen in self._watchers))
             and self.context.runs.state in (RunState.IDLE, RunState.PAUSED)
         ):
             self.requests.ask(
@@ -55,6 +53,6 @@ class ErrorFeature(Feature):
             )
 
     def _fail(self, completion: Completion, error: Exception) -> None:
-        self._views.data.without_error = completion
-        self.context.workspace.note(Part.EXPECTED_ERROR)
-        self.context.notes.report("Expected error", error)
+        self.views.data.without_error = completion
+        self.workspace.note(Part.EXPECTED_ERROR)
+        self.notes.report("Expected error", error)

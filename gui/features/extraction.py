@@ -82,8 +82,7 @@ class ExtractionPanel(Panel):
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
-        context = self.context
-        button = command_button(context.actions["extract"], TEXT_BESIDE_ICON)
+        button = command_button(self.context.actions["extract"], TEXT_BESIDE_ICON)
         preview = QCheckBox("Preview")
         preview.setChecked(self._previews)
         preview.setToolTip(
@@ -91,19 +90,19 @@ class ExtractionPanel(Panel):
         )
         preview.clicked.connect(self._switch_preview)
         keep = QCheckBox("Keep blocks made by hand")
-        keep.setChecked(context.workspace.parameters.keeps_handmade)
+        keep.setChecked(self.workspace.parameters.keeps_handmade)
         keep.setToolTip(
             "Keep the blocks that you drew, enlarged, merged or erased from when blocks are extracted again; locked "
             "blocks are always kept"
         )
-        keep.clicked.connect(context.workspace.parameters.set_keeps_handmade)
+        keep.clicked.connect(self.workspace.parameters.set_keeps_handmade)
         self._summary = QLabel(wordWrap=True)
         self._summary.setObjectName("summary")
         self._summary.linkActivated.connect(self.show_view)
         self._summary.hide()
         self.form = ParameterForm(BlockParameters)
         self.form.set_base(BlockParameters())
-        self.form.changed.connect(context.workspace.parameters.set_extraction)
+        self.form.changed.connect(self.workspace.parameters.set_extraction)
         row = lay_out(QHBoxLayout(), button, preview, None, spacing=10)
         widget = QWidget()
         lay_out(QVBoxLayout(widget), row, keep, self._summary, self.form, margins=(8, 8, 4, 4), stretched=self.form)
@@ -113,43 +112,41 @@ class ExtractionPanel(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Update the picture and the summary from frame, parameters and stage."""
-        workspace = self.context.workspace
         if self.made:
-            self.form.set_parameters(workspace.parameters.extraction)
-        frame = workspace.current.frame if workspace.has_current else None
+            self.form.set_parameters(self.workspace.parameters.extraction)
+        frame = self.workspace.shown.frame if self.workspace.shown is not None else None
         if frame is not self._frame:
             self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
             self.requests.forget()
-        if frame is not None and self.context.views.shows("stage"):
+        if frame is not None and self.views.shows("stage"):
             self._ask_stage(frame)
         self._describe()
 
     def _ask_stage(self, frame: RGBDFrame) -> None:
         """Ask for the picture of the shown stage, unless the view shows it."""
-        document = self.context.workspace.current
-        parameters = self.context.workspace.parameters.extraction if self._previews else document.blocks.extraction
+        document = self.workspace.current
+        parameters = self.workspace.parameters.extraction if self._previews else document.blocks.extraction
         if parameters is None:
             self._drawn = None
             self._tell(message=_OFF)
             return
-        stage = frame, parameters, self.context.views.data.stage.name
+        stage = frame, parameters, self.views.data.stage.name
         if stage != self._drawn or self.busy:
             self.requests.ask(lambda: _draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage)
 
     def _tell(self, **changes: Any) -> None:
         """Change what the views show of the stage: with a message, it has no picture."""
-        views = self.context.views
-        stage = ShownStage(views.data.stage.name) if "message" in changes else views.data.stage
-        views.show_found(stage=stage._replace(**changes))
+        stage = ShownStage(self.views.data.stage.name) if "message" in changes else self.views.data.stage
+        self.views.show_found(stage=stage._replace(**changes))
 
     def _show_stage(self, stage: _Stage, found: Extraction, picture: NDArray[np.uint8]) -> None:
         """Show the picture."""
         self._found = found
         self._failure = ""
-        if (name := stage[-1]) == self.context.views.data.stage.name:
+        if (name := stage[-1]) == self.views.data.stage.name:
             self._drawn = stage
             legend, text = stage_legend(name, found), stage_count(name, found)
-            self.context.views.show_found(stage=ShownStage(name, picture, text=text, legend=legend))
+            self.views.show_found(stage=ShownStage(name, picture, text=text, legend=legend))
         self._describe()
 
     def fail(self, error: Exception) -> None:
@@ -157,7 +154,7 @@ class ExtractionPanel(Panel):
         self._failure, self._drawn = f"The extraction failed: {error_text(error)}", None
         self._tell(message="The extraction failed")
         self._describe()
-        self.context.notes.show_message(self._failure)
+        self.notes.show_message(self._failure)
 
     def show_stage(self, name: str) -> None:
         """Show a stage, and the view of the extraction if it is not visible."""
@@ -167,11 +164,10 @@ class ExtractionPanel(Panel):
 
     def show_view(self, *_: str) -> None:
         """Show the view of the extraction if it is not visible."""
-        views = self.context.views
         self.context.centre.show_images()
-        if not views.shows("stage"):
-            views.set_content("extraction", "extraction")
-            views.sheet.set_layout(LAYOUT)
+        if not self.views.shows("stage"):
+            self.views.set_content("extraction", "extraction")
+            self.views.sheet.set_layout(LAYOUT)
 
     def _switch_preview(self, on: bool) -> None:
         self._previews = on
@@ -182,7 +178,7 @@ class ExtractionPanel(Panel):
     @command("extract", "E&xtract blocks", icon="ph.polygon", keys="Ctrl+B", needs=Need.FRAME | Need.IDLE)
     def extract(self) -> None:
         """Extract the blocks again; locked blocks and hand-made blocks stay."""
-        self.context.loader.extract(self.context.workspace.current)
+        self.context.loader.extract(self.workspace.current)
 
     # the summary
 
@@ -191,10 +187,10 @@ class ExtractionPanel(Panel):
         layout that shows that result."""
         if not self.made:
             return
-        colours, workspace, text, note = theme.colours(self.widget.palette()), self.context.workspace, "", ""
-        if self._frame is None or not workspace.has_current:
+        colours, workspace, text, note = theme.colours(self.widget.palette()), self.workspace, "", ""
+        if self._frame is None or workspace.shown is None:
             pass
-        elif self.context.views.shows("stage"):
+        elif self.views.shows("stage"):
             if self._failure:
                 note = html.escape(self._failure)
             elif self._found is not None:
@@ -212,14 +208,13 @@ class ExtractionPanel(Panel):
         self._summary.setVisible(bool(lines))
 
     def _text(self, found: Extraction) -> str:
-        workspace = self.context.workspace
         if self._previews:
             title = "Preview"
         else:
-            fits = workspace.current.blocks.extraction == workspace.parameters.extraction
+            fits = self.workspace.current.blocks.extraction == self.workspace.parameters.extraction
             title = "With these parameters" if fits else "With other parameters"
         blocks = found.blocks
-        locked, by_hand = workspace.current.staying(workspace.parameters.keeps_handmade)
+        locked, by_hand = self.workspace.current.staying(self.workspace.parameters.keeps_handmade)
         kinds = (len(locked), "locked"), (len(by_hand), "made by hand")
         kept = " and ".join(f"{counted(count, 'block')} {kind}" for count, kind in kinds if count)
         around = f", around {kept}" if kept else ""

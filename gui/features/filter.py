@@ -98,20 +98,19 @@ class FilterPanel(Panel):
     @property
     def shown(self) -> Parameters:
         """The parameters that the panel shows: those of all blocks, or of the first selected one."""
-        workspace = self.context.workspace
         if self._applies_to_selected:
-            return workspace.current.parameters_of(workspace.chosen)
-        return workspace.parameters.current
+            return self.workspace.current.parameters_of(self.workspace.chosen)
+        return self.workspace.parameters.current
 
     @property
     def _selected(self) -> set[int]:
         """The selected blocks that have pixels."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         return set(document.selected) & document.counts().keys()
 
     @property
     def _applies_to_selected(self) -> bool:
-        return bool(self.context.workspace.chosen) and self.for_selected
+        return bool(self.workspace.chosen) and self.for_selected
 
     def refresh(self, parts: Part) -> None:
         """Show the parameters, and what the last change of one of them has changed."""
@@ -125,10 +124,9 @@ class FilterPanel(Panel):
     def _show_parameters(self) -> None:
         """Show parameters: those of the selected blocks relative to the common ones, a frame's own ones relative to
         those of all frames, others relative to their preset."""
-        workspace = self.context.workspace
-        chosen = workspace.current.selected if workspace.has_current else ()
+        chosen = self.workspace.shown.selected if self.workspace.shown is not None else ()
         text = "Selected blocks" if not chosen else f"{len(chosen)} selected blocks"
-        self.scope.setItemText(1, f"{workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
+        self.scope.setItemText(1, f"{self.workspace.current.info(chosen[0]).name} only" if len(chosen) == 1 else text)
         if not chosen:
             self.scope.setCurrentIndex(0)
         self.scope.setVisible(bool(chosen))
@@ -136,12 +134,12 @@ class FilterPanel(Panel):
         scope, parameters = self.for_selected, self.shown
         for button in self._own_buttons:
             button.setVisible(scope)
-        self._choices.setRowVisible(self._frames, len(workspace.entries) > 1)
+        self._choices.setRowVisible(self._frames, len(self.workspace.entries) > 1)
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
-        shared = workspace.parameters.shared
+        shared = self.workspace.parameters.shared
         if scope:
-            self.form.set_base(workspace.parameters.current, "all blocks")
-        elif shared.on and workspace.has_current and workspace.current.state.own_parameters:
+            self.form.set_base(self.workspace.parameters.current, "all blocks")
+        elif shared.on and self.workspace.shown is not None and self.workspace.shown.state.own_parameters:
             self.form.set_base(shared.values, "all frames")
         else:
             self.form.set_base(self.presets.parameters(self._bases[scope]))
@@ -151,21 +149,20 @@ class FilterPanel(Panel):
 
     def edit(self, parameters: Parameters) -> None:
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
-        workspace = self.context.workspace
         names = parameters.differences_from(self.shown)
-        before = _up_to_date(workspace.current) if workspace.has_current else {}
+        before = _up_to_date(self.workspace.shown) if self.workspace.shown is not None else {}
         if self._applies_to_selected:
-            workspace.parameters.set_own(names, workspace.current.selected)
+            self.workspace.parameters.set_own(names, self.workspace.current.selected)
         else:
-            workspace.parameters.set(parameters)
+            self.workspace.parameters.set(parameters)
         self._edited = parameters
-        if workspace.has_current and len(names) == 1:
+        if self.workspace.shown is not None and len(names) == 1:
             self._note_change(next(iter(names)), before)
         self._resolve()
 
     def _note_change(self, name: str, before: Mapping[int, BlockResult]) -> None:
         """Note the results before a change; while a slider moves, they are those before it began to."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         step = document.undo_stack.index()
         former = self._change
         if former is None or (former.name, former.document, former.step) != (name, document, step):
@@ -174,25 +171,24 @@ class FilterPanel(Panel):
 
     def set_values(self, values: OwnValues, label: int = 0) -> None:
         """Apply some parameters to all blocks or to one (selected or not), as if they were edited in the form."""
-        workspace = self.context.workspace
         if label:
-            workspace.parameters.set_own(values, [label])
+            self.workspace.parameters.set_own(values, [label])
             self.context.feature(RunsFeature).live.follow_parameters([label])
         else:
-            workspace.parameters.set(workspace.parameters.current.replace(**values))
+            self.workspace.parameters.set(self.workspace.parameters.current.replace(**values))
             self._resolve()
 
     def _choose_preset(self, name: str) -> None:
         """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
         self._bases[self.for_selected] = name
-        workspace, parameters = self.context.workspace, self.presets.parameters(name)
+        workspace, parameters = self.workspace, self.presets.parameters(name)
         if self._applies_to_selected:
             workspace.parameters.set(parameters, workspace.current.selected)
         else:
             workspace.parameters.set(parameters)
-            left = _describe_own(workspace.current) if workspace.has_current else ""
+            left = _describe_own(workspace.shown) if workspace.shown is not None else ""
             if left:
-                self.context.notes.show_message(f"Per-block parameters are kept: {left}.")
+                self.notes.show_message(f"Per-block parameters are kept: {left}.")
         self._resolve()
         self.redraw()
 
@@ -203,17 +199,17 @@ class FilterPanel(Panel):
         self.redraw()
 
     def _why_none_own(self) -> str:
-        own = self.context.workspace.current.blocks.own
+        own = self.workspace.current.blocks.own
         return "" if not self._selected.isdisjoint(own) else "The selected blocks have no parameters of their own."
 
     @command("reset_own", "Reset &own parameters", icon="ph.eraser", needs=Need.SELECTION, why_off=_why_none_own)
     def reset_own(self) -> None:
         """Reset the selected blocks to the common parameters."""
-        self.context.workspace.parameters.reset_own(self.context.workspace.current.selected)
+        self.workspace.parameters.reset_own(self.workspace.current.selected)
         self._resolve()
 
     def _why_no_copy(self) -> str:
-        document = self.context.workspace.current
+        document = self.workspace.current
         if len(document.selected) > 1 and document.selected[0] in document.blocks.own:
             return ""
         return "Select a block with parameters of its own first, then other blocks."
@@ -221,14 +217,14 @@ class FilterPanel(Panel):
     @command("copy_own", "Copy own para&meters", icon="ph.copy", needs=Need.SELECTION, why_off=_why_no_copy)
     def copy_own(self) -> None:
         """Copy the own parameters of the first selected block to the other selected blocks."""
-        first, *others = self.context.workspace.current.selected
-        self.context.workspace.parameters.copy_own(first, others)
+        first, *others = self.workspace.current.selected
+        self.workspace.parameters.copy_own(first, others)
         self._resolve()
 
     def _resolve(self) -> None:
         """Complete again what the parameters have changed, the selected blocks first, if that is on."""
-        if self.context.workspace.has_current:
-            self.context.feature(RunsFeature).live.follow_parameters(self.context.workspace.current.selected)
+        if self.workspace.shown is not None:
+            self.context.feature(RunsFeature).live.follow_parameters(self.workspace.shown.selected)
 
     # what changes did
 
@@ -236,11 +232,9 @@ class FilterPanel(Panel):
     def try_shown(self) -> None:
         """Try smaller and larger values of the parameters shown, and put those first that change the depth of this
         frame most; its parameters and results stay as they are."""
-        workspace = self.context.workspace
-        document = workspace.current
         blocks = sorted(self._selected) if self._applies_to_selected else ()
         self._change, self._edited = None, self.shown
-        run, names = document.run(workspace.parameters.current), self.form.shown
+        run, names = self.workspace.current.run(self.workspace.parameters.current), self.form.shown
         self.requests.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")
 
     def _compare(self, change: _Change) -> None:

@@ -282,7 +282,7 @@ class LayoutsFeature(Feature):
             self._leave(name)
             self._apply(self.store.left(name))
             self.context.centre.show_images()
-            self.context.views.active.view.setFocus()
+            self.views.active.view.setFocus()
         self._show()
 
     @command("reset_layout", "&Reset layout", icon="ph.arrow-counter-clockwise")
@@ -290,7 +290,7 @@ class LayoutsFeature(Feature):
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
         self._apply(self.store.layouts[self.present].arrangement)
-        self.context.views.active.view.setFocus()
+        self.views.active.view.setFocus()
 
     def save(self, text: str) -> bool:
         """Save the state of the window under a name, replacing an own layout of that name; return False if that is not
@@ -300,9 +300,9 @@ class LayoutsFeature(Feature):
         if not text:
             return False
         if name is None:
-            self.context.notes.show_message(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
+            self.notes.show_message(f"You have {len(OWN)} layouts of your own, the maximum: delete one first.")
         elif name not in OWN:
-            self.context.notes.show_message(f"{text} is built in and cannot be replaced: choose another name.")
+            self.notes.show_message(f"{text} is built in and cannot be replaced: choose another name.")
         else:
             now = self._arrangement()
             if name != self.present:
@@ -316,7 +316,7 @@ class LayoutsFeature(Feature):
         text = text.strip()
         is_free = self.store.named(text) in (None, self.present)
         if not is_free:
-            self.context.notes.show_message(f"A layout {text} exists already: choose another name.")
+            self.notes.show_message(f"A layout {text} exists already: choose another name.")
         elif text:
             self.store.put(self.present, NamedArrangement(text, self.store.layouts[self.present].arrangement))
             self._show()
@@ -334,7 +334,7 @@ class LayoutsFeature(Feature):
         self.store.put(name, None)
         self._show()
         text = f"Layout {self._deleted[1].text} deleted."
-        self.context.notes.offer(text, self.context.actions["restore_layout"])
+        self.notes.offer(text, self.context.actions["restore_layout"])
 
     @command(
         "restore_layout",
@@ -389,7 +389,7 @@ class LayoutsFeature(Feature):
 
     def _arrangement(self) -> Arrangement:
         """Return the current arrangement of the window."""
-        panels, views = self.context.panels, self.context.views
+        panels, views = self.context.panels, self.views
         return Arrangement(
             views.sheet.layout_name,
             views.contents(),
@@ -402,11 +402,10 @@ class LayoutsFeature(Feature):
 
     def _apply(self, arrangement: Arrangement) -> None:
         """Apply an arrangement to the window."""
-        views = self.context.views
         if arrangement.views in LAYOUTS:
-            views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
-        views.reset_contents()
-        restore_views(views, {"contents": arrangement.contents, "sides": [*arrangement.sides]})
+            self.views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+        self.views.reset_contents()
+        restore_views(self.views, {"contents": arrangement.contents, "sides": [*arrangement.sides]})
         self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)
         self.context.actions["contours_only"].setChecked(arrangement.contours)
         self.context.panels.take(arrangement.panels, arrangement.places)

@@ -217,7 +217,7 @@ class PropagationFeature(Feature):
 
     def _frames(self) -> tuple[list[Entry], int]:
         """Return the frames of the list, and the row of the current one."""
-        entries, present = list(self.context.workspace.entries), self.context.workspace.current_entry
+        entries, present = list(self.workspace.entries), self.workspace.current_entry
         assert present is not None
         return entries, entries.index(present)
 
@@ -297,7 +297,7 @@ class PropagationFeature(Feature):
         run = self.run = PropagationRun(frames[0].name, self.how, len(frames) - 1, frames[0])
         before: FrameState | None = None
         for number, entry in enumerate(frames):
-            if entry not in self.context.workspace.entries:  # it has been removed from the list meanwhile
+            if entry not in self.workspace.entries:  # it has been removed from the list meanwhile
                 run.total -= 1
                 continue
             run.present = entry
@@ -314,7 +314,7 @@ class PropagationFeature(Feature):
 
     def _to(self, run: PropagationRun, entry: Entry, before: FrameState | None, shows: bool) -> Steps[FrameState]:
         """Read a frame and propagate the blocks of the one before to it, unless it keeps its own; return its state."""
-        workspace, store = self.context.workspace, self.context.loader.store
+        workspace, store = self.workspace, self.context.loader.store
         try:
             read: Decoded = yield self._found(entry, state_reader(entry, store) or partial(_of_files, entry, store))
         except Exception as error:
@@ -347,10 +347,10 @@ class PropagationFeature(Feature):
         self.run = None
         self.strip.hide()
         self.context.actions.refresh()
-        notes, workspace, text = self.context.notes, self.context.workspace, summary(run)
+        notes, workspace, text = self.notes, self.workspace, summary(run)
         if text:
             notes.show_message(text)
-        if run.to_check and workspace.has_current and workspace.current.state.to_check:
+        if run.to_check and workspace.shown is not None and workspace.shown.state.to_check:
             notes.offer(text, self.context.actions["next_check"])
         notes.warn("Propagation of blocks", run.notes)
 

@@ -159,10 +159,10 @@ class QualityPanel(Panel):
     def make(self) -> QWidget:
         """Make the marks in the views, and the lines of the panel."""
         actions = self.context.actions
-        self._marks = [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.context.views.cells]
-        self._previews = [PreviewDrawing(_HEIGHT) for _ in self.context.views.cells]
+        self._marks = [HaloPath(_WIDTH, _COLOUR, _HALO, _HEIGHT) for _ in self.views.cells]
+        self._previews = [PreviewDrawing(_HEIGHT) for _ in self.views.cells]
         for items in (self._marks, self._previews):
-            for cell, item in zip(self.context.views.cells.values(), items, strict=True):
+            for cell, item in zip(self.views.cells.values(), items, strict=True):
                 cell.view.add(item)
         self.position, self.reason = PlainLabel(), PlainLabel(wordWrap=True)
         self.remedy_button = _button(actions["apply_remedy"])
@@ -201,7 +201,7 @@ class QualityPanel(Panel):
     @property
     def review(self) -> Review:
         """The places of the current frame."""
-        return self._reviews.setdefault(self.context.workspace.current, Review())
+        return self._reviews.setdefault(self.workspace.current, Review())
 
     def refresh(self, parts: Part) -> None:
         """Search again after a change, also if other blocks are locked."""
@@ -209,11 +209,11 @@ class QualityPanel(Panel):
             self._search = None
         if parts & _KNOWN:
             self._drop_remedy()
-        if not self.context.workspace.has_current:
+        if self.workspace.shown is None:
             self._found = None
             self._show_no_place("Open a frame first.")
             return
-        document, search = self.context.workspace.current, self._search
+        document, search = self.workspace.current, self._search
         blocks = document.locked, document.state.to_check
         if search is None or parts & _SEARCHED or blocks != (search.locked, search.to_check.keys()):
             self._ask_places()
@@ -240,7 +240,7 @@ class QualityPanel(Panel):
         if not self.visible and self.review.present is not None:
             by = 0
         self.reveal()
-        self.context.views.active.view.setFocus()
+        self.views.active.view.setFocus()
         self.context.refresh.now()
         if self._found is not None:
             self._show(self.review.step(by))
@@ -256,7 +256,7 @@ class QualityPanel(Panel):
 
         Returns False if none is shown.
         """
-        place, remedy, document = self._place, self.remedy, self.context.workspace.current
+        place, remedy, document = self._place, self.remedy, self.workspace.current
         if remedy is None:
             return False
         if place is not None and remedy.kind == "checked":
@@ -285,15 +285,15 @@ class QualityPanel(Panel):
             self._say(False)
             return
         if place.kind == "propagated":
-            self.context.workspace.current.mark_checked(place.labels)
+            self.workspace.current.mark_checked(place.labels)
         else:
-            self.context.workspace.current.ignore_place(place)
+            self.workspace.current.ignore_place(place)
         self.go(1)
 
     @in_steps
     def _ask_places(self) -> Steps[None]:
         """Look for places in the present state."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         to_check = {label: document.blocks.reasons.get(label, "") for label in document.state.to_check}
         extraction = document.blocks.extraction or BlockParameters()
         labels = document.labels.copy()
@@ -309,7 +309,7 @@ class QualityPanel(Panel):
 
     def _error(self, labels: NDArray[np.int32]) -> NDArray[np.float32] | None:
         """Return the expected error; until depth has been completed again, the former one where blocks are the same."""
-        error, former = self.context.workspace.current.expected_error(), self._search
+        error, former = self.workspace.current.expected_error(), self._search
         if error is None and former is not None and former.error is not None:
             return np.where(labels == former.labels, former.error, np.float32(np.nan))
         return error
@@ -327,10 +327,10 @@ class QualityPanel(Panel):
 
     def _show(self, place: Place | None) -> None:
         if place is not None:
-            document = self.context.workspace.current
+            document = self.workspace.current
             there = [label for label in place.labels if label in document.counts()]
-            self.context.workspace.select(there[:1])
-            self.context.views.zoom_to(*_region_around(place, document.frame.shape))
+            self.workspace.select(there[:1])
+            self.views.zoom_to(*_region_around(place, document.frame.shape))
         self._say(False)
         self.context.centre.show_images()
 
@@ -402,7 +402,7 @@ class QualityPanel(Panel):
 
     def _named(self, text: str) -> str:
         """Return a text with the names of blocks instead of their numbers."""
-        infos = self.context.workspace.current.blocks.infos
+        infos = self.workspace.current.blocks.infos
 
         def name(found: re.Match[str]) -> str:
             info = infos.get(int(found[1]))
@@ -418,7 +418,7 @@ class QualityPanel(Panel):
         """Find known depth that is probably wrong (flying pixels, speckles, glass), to mark it or to ignore it."""
         self.reveal()
         self.context.refresh.now()
-        document = self.context.workspace.current
+        document = self.workspace.current
         frame, extraction = document.frame, document.blocks.extraction or BlockParameters()
         self._pending_step = None
         self._show_no_place("Looking for depth that may be invalid…")
@@ -426,12 +426,12 @@ class QualityPanel(Panel):
         found: Mask = yield partial(
             self.requests.ask, lambda: suggest_invalid(frame, find_edges(frame, extraction).strength), kind="invalid"
         )
-        if not self._suggests or not self.context.workspace.is_shown(document):
+        if not self._suggests or document is not self.workspace.shown:
             return
         if not found.any():
             self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
             return
-        self.context.views.fit()
+        self.views.fit()
         what = counted(int(np.count_nonzero(found)), "pixel")
         self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
         self._suggests = True
@@ -440,11 +440,11 @@ class QualityPanel(Panel):
 
     def _mark_invalid(self, found: Mask, text: str) -> bool:
         """Mark known depth as invalid; return False, with a message, if no depth would be left."""
-        former = self.context.workspace.current.frame.invalid_mask
+        former = self.workspace.current.frame.invalid_mask
         try:
-            self.context.workspace.current.set_invalid_mask(found if former is None else former | found, text)
+            self.workspace.current.set_invalid_mask(found if former is None else former | found, text)
         except IlfError as error:
-            self.context.notes.report(text, error)
+            self.notes.report(text, error)
             return False
         return True
 

@@ -32,13 +32,11 @@ class RunsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = workspace = context.workspace
-        self._runs = runs = context.runs
         self._waiting = WeakSet[Document]()
         """Frames that run once their blocks are extracted."""
         context.loader.busy_changed.connect(self._run_waiting)
         self._pause = context.actions["pause"]
-        self.live = LiveSolver(workspace, runs, context.actions["live"])
+        self.live = LiveSolver(self.workspace, context.runs, context.actions["live"])
         self._rest = QToolButton()
         self._rest.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._rest.setToolTip(
@@ -53,17 +51,16 @@ class RunsFeature(Feature):
         context.refresh.add("stale blocks", self._offer_rest, Part.FRAME | Part.LABELS | Part.PARAMETERS, later)
         context.refresh.add("run state", self._show_state, Part.FRAME | Part.RUNNING | Part.LOADING)
         first = Qt.ConnectionType.SingleShotConnection  # it keeps the history from the first run on
-        runs.state_changed.connect(lambda: context.feature(RunsPanel), first)
-        runs.ended.connect(context.notes.show_message)
-        runs.failed.connect(lambda error: context.notes.report("The run failed", error))
+        context.runs.state_changed.connect(lambda: context.feature(RunsPanel), first)
+        context.runs.ended.connect(context.notes.show_message)
+        context.runs.failed.connect(lambda error: context.notes.report("The run failed", error))
 
     def _offer_rest(self) -> None:
         """Offer to run the blocks with stale depth, unless they are running."""
         stale: set[int] = set()
-        if self._workspace.has_current and self._runs.state.free:
-            document = self._workspace.current
+        if (document := self.workspace.shown) is not None and self.context.runs.state.free:
             document.update_depth()
-            stale = set(document.stale_blocks()).difference(self._runs.current.resolving)
+            stale = set(document.stale_blocks()).difference(self.context.runs.current.resolving)
         self._rest.setVisible(bool(stale))
         is_are = "is" if len(stale) == 1 else "are"
         keys = keys_text(self.context.actions["run"].shortcuts())
@@ -72,22 +69,22 @@ class RunsFeature(Feature):
     @command("run_all", "Run &all blocks", keys="Ctrl+F5", needs=Need.BLOCKS | Need.IDLE)
     def _run_all(self) -> None:
         """Complete all blocks, also those with an up-to-date result."""
-        self._runs.current.start()
+        self.context.runs.current.start()
 
     @command(
         "run_selected", "Run selecte&d blocks", icon="ph.play-circle", keys="Shift+F5", needs=Need.SELECTION | Need.IDLE
     )
     def _run_selected(self) -> None:
         """Complete the selected blocks only."""
-        self._runs.current.start_selected()
+        self.context.runs.current.start_selected()
 
     def _why_no_step(self) -> str:
-        return "" if self._is_paused or self._runs.state.free else "Pause the run first."
+        return "" if self._is_paused or self.context.runs.state.free else "Pause the run first."
 
     @command("step", "&Step", icon="ph.skip-forward", keys="F7", needs=Need.BLOCKS, why_off=_why_no_step)
     def _step(self) -> None:
         """Run one iteration, then pause."""
-        self._runs.current.step()
+        self.context.runs.current.step()
 
     @property
     def _propagation(self) -> PropagationFeature | None:
@@ -96,7 +93,7 @@ class RunsFeature(Feature):
         return feature if feature is not None and feature.run is not None else None
 
     def _why_no_cancel(self) -> str:
-        rests = self._runs.state in (RunState.IDLE, RunState.STOPPING) and self._propagation is None
+        rests = self.context.runs.state in (RunState.IDLE, RunState.STOPPING) and self._propagation is None
         return sentence(Need.GOING) if rests else ""
 
     @command("cancel", "&Cancel run", icon="ph.stop", keys="Shift+F6", needs=Need.FRAME, why_off=_why_no_cancel)
@@ -104,10 +101,10 @@ class RunsFeature(Feature):
         """Cancel the run, or what is completed again, and a propagation; completed blocks keep their results."""
         if self._propagation is not None:
             self._propagation.stop()
-        self._runs.current.cancel()
+        self.context.runs.current.cancel()
 
     def _why_no_extrapolation(self) -> str:
-        document = self._workspace.current
+        document = self.workspace.current
         if not document.valid_results():
             return "Run the blocks first."
         return "The rest is extrapolated already." if document.extrapolated else ""
@@ -122,17 +119,17 @@ class RunsFeature(Feature):
     def _extrapolate(self) -> None:
         """Extrapolate depth where no block could be completed, for programs that need depth everywhere; these pixels
         are marked as extrapolated."""
-        self._runs.current.extrapolate()
+        self.context.runs.current.extrapolate()
 
     @command("clear_results", "C&lear results", icon="ph.backspace", needs=Need.RESULTS)
     def _clear_results(self) -> None:
         """Delete the completed depth of this frame."""
-        self._runs.current.clear_results()
+        self.context.runs.current.clear_results()
 
     @property
     def _is_awaited(self) -> bool:
         """Whether the blocks of the current frame are being extracted."""
-        return self._runs.state.free and self._workspace.current in self.context.loader.extracting
+        return self.context.runs.state.free and self.workspace.current in self.context.loader.extracting
 
     def _why_no_run(self) -> str:
         missing = (Need.BLOCKS | Need.IDLE) & self.context.missing()
@@ -142,34 +139,34 @@ class RunsFeature(Feature):
     def _run(self) -> None:
         """Complete all blocks that have no up-to-date result."""
         if self._is_awaited:
-            self._waiting.add(self._workspace.current)
-            self.context.notes.show_message("The blocks are run as soon as they are extracted.")
+            self._waiting.add(self.workspace.current)
+            self.notes.show_message("The blocks are run as soon as they are extracted.")
         else:
-            self._runs.current.start_changed()
+            self.context.runs.current.start_changed()
 
     def _run_waiting(self) -> None:
         for document in [one for one in self._waiting if one not in self.context.loader.extracting]:
             self._waiting.discard(document)
-            if document in self._workspace.open and document.counts():
-                self._runs.of(document).start_changed()
+            if document in self.workspace.open and document.counts():
+                self.context.runs.of(document).start_changed()
 
     @property
     def _is_paused(self) -> bool:
-        return self._runs.state is RunState.PAUSED
+        return self.context.runs.state is RunState.PAUSED
 
     @command("pause", "&Pause", icon="ph.pause", keys="F6", checkable=True, needs=Need.GOING)
     def _set_paused(self, on: bool) -> None:
         """Pause the run, or resume it."""
         if on != self._is_paused:
-            self._runs.current.toggle_pause()
+            self.context.runs.current.toggle_pause()
 
     def _show_state(self) -> None:
         """Show whether a run goes on or is paused; views without a result say what is done for it."""
-        if self._workspace.has_current:
-            document, under_way = self._workspace.current, ""
+        if (document := self.workspace.shown) is not None:
+            under_way = ""
             if document.current_depth() is None:
                 extracting = "Extracting blocks…" if document in self.context.loader.extracting else ""
-                under_way = "Completing…" if self._runs.state.going else extracting
-            self.context.views.show_found(under_way=under_way)
+                under_way = "Completing…" if self.context.runs.state.going else extracting
+            self.views.show_found(under_way=under_way)
         self._pause.setChecked(self._is_paused)
         self._pause.setText("Resume" if self._is_paused else "&Pause")

@@ -45,8 +45,7 @@ class SharingPanel(Panel):
         for number, sharing in enumerate(Sharing):
             self.box.setItemData(number, _HINTS[sharing], Qt.ItemDataRole.ToolTipRole)
         self.box.activated.connect(lambda _: self.choose(Sharing(self.box.currentData())))
-        actions = self.context.actions
-        self._buttons = [command_button(actions[name]) for name in ("share_parameters", "reset_to_shared")]
+        self._buttons = [command_button(self.context.actions[name]) for name in ("share_parameters", "reset_to_shared")]
         row = QWidget()
         lay_out(QHBoxLayout(row), self.box, *self._buttons, spacing=2, stretched=self.box)
         return row
@@ -60,15 +59,14 @@ class SharingPanel(Panel):
     )
     def _keep_own(self) -> None:
         """Give this frame its own filter parameters: changes for all frames do not affect them."""
-        self.context.workspace.parameters.keep_own()
+        self.workspace.parameters.keep_own()
 
     @property
     def present(self) -> Sharing:
         """Which frames share the parameters of the current one."""
-        workspace = self.context.workspace
-        if not workspace.parameters.shared.on:
+        if not self.workspace.parameters.shared.on:
             return Sharing.EACH
-        own = workspace.has_current and workspace.current.state.own_parameters
+        own = self.workspace.shown is not None and self.workspace.shown.state.own_parameters
         return Sharing.ALONE if own else Sharing.ALL
 
     def refresh(self, parts: Part) -> None:
@@ -81,7 +79,7 @@ class SharingPanel(Panel):
             model.item(self.box.findData(Sharing.ALONE)).setEnabled(sharing is not Sharing.EACH)
         for button in self._buttons:
             button.setVisible(sharing is Sharing.ALONE)
-        self.widget.setEnabled(self.context.workspace.has_current)
+        self.widget.setEnabled(self.workspace.shown is not None)
 
     def choose(self, wanted: Sharing) -> None:
         """Change the sharing; a frame with its own parameters gets the shared ones back."""
@@ -99,11 +97,11 @@ class SharingPanel(Panel):
     )
     def _share(self) -> None:
         """Use this frame's filter parameters for all frames in the list, now and after each change."""
-        others = self.context.workspace.parameters.share()
+        others = self.workspace.parameters.share()
         text = "All frames share the parameters of the filter now."
         if others:
             text += f" {counted(len(others), 'open frame')} had other parameters; undo restores them."
-        self.context.notes.show_message(text)
+        self.notes.show_message(text)
 
     @command(
         "reset_to_shared",
@@ -114,11 +112,11 @@ class SharingPanel(Panel):
     )
     def _reset(self) -> None:
         """Reset this frame to the filter parameters that all frames share."""
-        name, parameters = self.context.workspace.current.name, self.context.workspace.parameters
+        name, parameters = self.workspace.current.name, self.workspace.parameters
         changed = parameters.current != parameters.shared.values
         parameters.reset_to_shared()
         if changed:
-            self.context.notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
+            self.notes.show_message(f"{name} uses the shared parameters again; undo restores its own.")
 
     def _why_separate(self) -> str:
         return self._why_not(self.present, "")
@@ -126,9 +124,9 @@ class SharingPanel(Panel):
     @command("separate_parameters", "Separa&te parameters for each frame", needs=Need.FRAME, why_off=_why_separate)
     def _separate(self) -> None:
         """Set filter parameters for each frame separately; all frames keep their current parameters."""
-        self.context.workspace.parameters.separate()
-        if any(entry.document is None and entry.has_state for entry in self.context.workspace.entries):
-            self.context.notes.show_message("Frames that are not open keep their last parameters.")
+        self.workspace.parameters.separate()
+        if any(entry.document is None and entry.has_state for entry in self.workspace.entries):
+            self.notes.show_message("Frames that are not open keep their last parameters.")
 
     def _why_not(self, needed: Sharing, otherwise: str) -> str:
         if self.present is Sharing.EACH:

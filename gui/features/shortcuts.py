@@ -324,7 +324,7 @@ class ShortcutsFeature(Feature):
             self._commands_off(event)  # the key finds the commands as they are after the last change
         elif event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
             for action in self._commands_off(event):
-                self.context.notes.show_message(f"{plain(action.text())}: {why_not(action)}")
+                self.notes.show_message(f"{plain(action.text())}: {why_not(action)}")
                 return True
         return False
 

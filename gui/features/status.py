@@ -94,16 +94,12 @@ class StatusFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace = context.workspace
-        self._runs = context.runs
-        self._loader = context.loader
         self._saving = context.feature(ProjectFeature).saving
         self._editor = editor = context.editor
         self._pace = Pace()
         self._playing, self._exporting = "", ""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
-        self._data = context.views.data
         self._pixel: tuple[int, int] | None = None
         """The pixel (x, y) under the cursor; None if it is off the frame."""
         context.views.cursorMoved.connect(self.point_at)
@@ -129,30 +125,30 @@ class StatusFeature(Feature):
 
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
-        if self._workspace.has_current:
+        if (document := self.workspace.shown) is not None:
             hint = self._hint_of_cloud() or self._editor.hint
-            idle = " | ".join(filter(None, (_selected_text(self._workspace.current), hint)))
+            idle = " | ".join(filter(None, (_selected_text(document), hint)))
         else:
-            idle = self._loader.present or _NO_FRAME
+            idle = self.context.loader.present or _NO_FRAME
         self.bar.hint.setText(self._playing or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
 
     def _hint_of_cloud(self) -> str:
         """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
-        if self.context.views.isVisible() and not self.context.cloud.canvas.underMouse():
+        if self.views.isVisible() and not self.context.cloud.canvas.underMouse():
             return ""
         return f"{self._editor.hint} | {MOVES}" if self._editor.tool.points_only else HINT
 
     def show_progress(self) -> None:
         """Show the stage and the share done of runs, opening and extraction with the remaining time, or that blocks are
         completed again, files are written or the expected error is estimated."""
-        loader, share = self._loader, None
-        if self._runs.running:
+        loader, share = self.context.loader, None
+        if self.context.runs.running:
             text, share = self._runs_text()
         elif loader.reading or loader.extracting:
             text, share = loader.present, loader.share_done or None
             self._pace.note(share or 0.0)
-        elif self._runs.state is RunState.RESOLVING:
+        elif self.context.runs.state is RunState.RESOLVING:
             text = "Completing"
         elif self._saving.busy:
             text, share = "Saving", self._saving.share
@@ -165,8 +161,8 @@ class StatusFeature(Feature):
     def _runs_text(self) -> tuple[str, float | None]:
         """Return the stage and the finished share of the current frame's run, or else of the other frames' runs; None
         where the share is not known."""
-        runs, present = self._runs, not self._runs.state.free
-        going = [self._workspace.current] if present else runs.running
+        runs, present = self.context.runs, not self.context.runs.state.free
+        going = [self.workspace.current] if present else runs.running
         shares = [runs.of(document).share_done for document in going]
         share = sum(shares) / len(shares)
         self._pace.note(share, going=runs.state is not RunState.PAUSED)
@@ -186,7 +182,7 @@ class StatusFeature(Feature):
 
     def _parts(self, x: int, y: int) -> list[str]:
         """Return the values of a pixel in what the views show; none if it is outside of it."""
-        data = self._data
+        data = self.views.data
         frame, document, error = data.frame, data.document, data.expected
         if frame is None or x >= frame.shape[1] or y >= frame.shape[0]:  # another frame may be shown meanwhile
             return []
@@ -215,7 +211,7 @@ class StatusFeature(Feature):
 
     def _given(self, frame: RGBDFrame, x: int, y: int) -> str:
         """Return the depth in, and where it is from or why there is none."""
-        data, depth = self._data, float(frame.depth[y, x])
+        data, depth = self.views.data, float(frame.depth[y, x])
         if frame.from_neighbours is not None and frame.from_neighbours[y, x]:
             return f"from neighbours {_metres(depth)}"
         if frame.outside_view is not None and frame.outside_view[y, x]:
@@ -229,9 +225,9 @@ class StatusFeature(Feature):
 
     def _completed(self, result: MarkedDepth, depth_in: float, x: int, y: int) -> list[str]:
         """Return the depth out, what it is, and its difference from depth in."""
-        document, depth = self._data.document, float(result.depth[y, x])
+        document, depth = self.views.data.document, float(result.depth[y, x])
         proposal = None if document is None else document.proposal
-        viewed = self._workspace.viewed_iteration
+        viewed = self.workspace.viewed_iteration
         if proposal is not None and np.isfinite(proposal[y, x]):
             return [f"proposed {_metres(float(proposal[y, x]))}"]
         if viewed is not None:

@@ -46,7 +46,7 @@ class ToolsFeature(Feature):
         """Show the active tool and its options, and a rectangle that was stored with the frame."""
         self.context.actions[f"tool_{self._editor.tool_name}"].setChecked(True)
         self.options.show_options(self._editor.tool.options, self._editor.options)
-        if self._editor.ready and self.context.workspace.current.state.looked.region is not None:
+        if self._editor.ready and self.workspace.current.state.looked.region is not None:
             self.context.feature(InspectPanel)  # which draws it
 
     def _choices(self) -> Iterator[Command]:
@@ -108,16 +108,16 @@ class ToolsFeature(Feature):
         if self._editor.has_size:
             self._editor.step_brush(steps)
         elif self._editor.tool.wheel:
-            self.context.notes.show_message("Point at a view first: the keys size the selection under the pointer.")
+            self.notes.show_message("Point at a view first: the keys size the selection under the pointer.")
         else:
-            self.context.notes.show_message("This tool has no size. Choose a brush or Smart select.")
+            self.notes.show_message("This tool has no size. Choose a brush or Smart select.")
 
     def _choose(self, name: str) -> None:
         """Make a tool the active one, and go to the images, unless it works in the point cloud, too."""
         self._editor.set_tool(name)
         if not self._editor.tools[name].points_only:
             self.context.centre.show_images()
-            self.context.views.active.view.setFocus()
+            self.views.active.view.setFocus()
         if name in TOOLS:
             self.context.feature(InspectPanel).reveal_page(TOOLS.index(name))
 

@@ -35,12 +35,10 @@ class ViewsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        workspace, views = context.workspace, context.views
-        self._workspace, self._views = workspace, views
         menu = context.actions.menu("", context.window, "contours_only block_names show_missing fit")
-        self.bar = ViewBar(views, context.centre, menu)
+        self.bar = ViewBar(self.views, context.centre, menu)
         refresh = context.refresh
-        refresh.add("pictures", lambda: views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
+        refresh.add("pictures", lambda: self.views.refresh(refresh.changed("pictures")), ALL_READ, ALL_READ_LATER)
         self._shown: Document | None = None
         self._zooms: dict[str, tuple[float, float, float] | None] = {}
         """Key of a frame -> its last zoom."""
@@ -48,59 +46,59 @@ class ViewsFeature(Feature):
         """Whether the layout *Compare two* was left to swipe."""
         self._replaced: dict[str, str] = {}
         """Content of a view before the result replaced it: name of its cell -> content."""
-        workspace.on(Part.FRAME, self._remember_zoom)
+        self.workspace.on(Part.FRAME, self._remember_zoom)
         refresh.add("place", self._restore_zoom, Part.FRAME)  # after the pictures, which show another frame whole
-        refresh.add("blocks", lambda: views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
+        refresh.add("blocks", lambda: self.views.blocks.draw(refresh.changed("blocks")), BLOCK_PARTS)
         blink = context.actions["blink"]
         # an edit must show its effect on the result
         edits = (
             Part.FRAME | Part.REPLACED | Part.INVALID_MASK | Part.GUIDE | Part.NEIGHBOURS | Part.LABELS | Part.STROKE
         )
         refresh.add("blink", partial(blink.setChecked, False), edits)
-        views.sheet.layoutChanged.connect(self._follow_layout)
+        self.views.sheet.layoutChanged.connect(self._follow_layout)
         refresh.add("depth in", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
         if context.panels.persistent:
             refresh.add("depth colours", self._tell_map, Part.FRAME)
 
     def _tell_map(self) -> None:
         """In the first frame of a first start, say how depth is coloured."""
-        if self._workspace.has_current and not QSettings().value(_TOLD_KEY, False, type=bool):
+        if self.workspace.shown is not None and not QSettings().value(_TOLD_KEY, False, type=bool):
             QSettings().setValue(_TOLD_KEY, True)
-            self.context.notes.offer(_ABOUT_MAP)
+            self.notes.offer(_ABOUT_MAP)
 
     def _put_back(self) -> None:
         """Show depth in again where there is none of the additional depth that its view has shown."""
-        if self._workspace.has_current:
-            frame = self._workspace.current.frame
+        if (document := self.workspace.shown) is not None:
+            frame = document.frame
             gone = {"guide": frame.guide is None, "from_neighbours": frame.from_neighbours is None}
-            if gone.get(self._views.contents()["depth-in"]):
-                self._views.set_content("depth-in", "depth-in")
+            if gone.get(self.views.contents()["depth-in"]):
+                self.views.set_content("depth-in", "depth-in")
 
     def _remember_zoom(self) -> None:
         if self._shown is not None:
-            self._zooms[self._shown.key] = self._views.place
+            self._zooms[self._shown.key] = self.views.place
 
     def _restore_zoom(self) -> None:
-        document = self._workspace.current if self._workspace.has_current else None
+        document = self.workspace.shown
         if document is not self._shown:
             self._shown = document
             if document is not None and (place := self._zooms.get(document.key)) is not None:
-                self._views.set_place(*place)
+                self.views.set_place(*place)
 
     @command("fit", "&Fit frame", icon="ph.arrows-out", keys="Ctrl+0", needs=Need.FRAME)
     def _fit(self) -> None:
         """Show the whole frame."""
-        self._views.fit()
+        self.views.fit()
 
     @command("one_to_one", "&One to one", icon="ph.frame-corners", keys="Ctrl+9", needs=Need.FRAME)
     def _show_one_to_one(self) -> None:
         """Show one image pixel per screen pixel."""
-        self._views.one_to_one()
+        self.views.one_to_one()
 
     @command("contours_only", "&Contours only", icon="ph.polygon", keys="Ctrl+Shift+C", checkable=True)
     def _show_contours(self, on: bool) -> None:
         """Show blocks as outlines with a band of their colour, without fill."""
-        self._views.blocks.set_contours_only(on)
+        self.views.blocks.set_contours_only(on)
 
     @command(
         "block_names",
@@ -112,7 +110,7 @@ class ViewsFeature(Feature):
     )
     def _show_names(self, on: bool) -> None:
         """Show the names of the blocks over the images."""
-        self._views.blocks.show_names(on)
+        self.views.blocks.show_names(on)
 
     @command(
         "show_missing",
@@ -124,42 +122,42 @@ class ViewsFeature(Feature):
     )
     def _show_missing(self, on: bool) -> None:
         """Stripe the colour image where depth is missing."""
-        self._views.set_missing_shown(on)
+        self.views.set_missing_shown(on)
 
     @command("zoom_block", "&Zoom to block", icon="ph.magnifying-glass-plus", keys="Ctrl+J", needs=Need.SELECTION)
     def zoom_to_blocks(self) -> None:
         """Zoom to the selected block."""
-        document = self._workspace.current
+        document = self.workspace.current
         box = bounds(np.isin(document.labels, document.selected))
         if box is not None:
-            self._views.zoom_to(*box)
+            self.views.zoom_to(*box)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
     def _choose_content(self) -> None:
         """Choose the content of the view under the pointer, or of the view clicked last; same as a click on its
         title."""
-        self._views.choose_content()
+        self.views.choose_content()
 
     @command("reset_contents", "R&eset view contents")
     def _reset_contents(self) -> None:
         """Restore the default content of every view."""
-        self._views.reset_contents()
+        self.views.reset_contents()
 
     @command("swap_sides", "Swap A and &B", icon="ph.swap", needs=Need.FRAME)
     def _swap_sides(self) -> None:
         """Swap the two sides of the comparison."""
-        self._views.sides.choose(*reversed(self._views.data.sides))
+        self.views.sides.choose(*reversed(self.views.data.sides))
 
     @command("blink", "Show side &A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
     def _show_side_a(self, on: bool) -> None:
         """Show side A instead of the result in all views; also while V is held."""
-        self._views.sides.show_a_as_result(on)
+        self.views.sides.show_a_as_result(on)
 
     @command("compare_two", "Compare &two", icon="ph.columns", keys="Shift+F4", checkable=True, needs=Need.FRAME)
     def _compare_two(self, on: bool) -> None:
         """Show sides A and B, their difference, and the error or the expected error; again to go back."""
-        if on != (self._views.sheet.layout_name == COMPARE):
-            self._views.sheet.toggle_layout(COMPARE)
+        if on != (self.views.sheet.layout_name == COMPARE):
+            self.views.sheet.toggle_layout(COMPARE)
 
     def _follow_layout(self, name: str) -> None:
         """Switch swiping off in the side-by-side layout; in others, show the result while swiping."""
@@ -167,7 +165,7 @@ class ViewsFeature(Feature):
         self.context.actions["compare_two"].setChecked(name == COMPARE)
         if name == COMPARE:
             self.context.actions["swipe"].setChecked(False)
-        elif self._views.sides.is_divided:
+        elif self.views.sides.is_divided:
             self._restore_contents()
             self._show_result()
 
@@ -185,28 +183,28 @@ class ViewsFeature(Feature):
         It is shown instead of both sides side by side; if no view shows the result, one does until it is switched off.
         """
         if not on:
-            self._views.sides.divide(False)
+            self.views.sides.divide(False)
             self._restore_contents()
             if self._was_compared:
-                self._views.sheet.toggle_layout(COMPARE)
+                self.views.sheet.toggle_layout(COMPARE)
             return
-        was_compared = self._views.sheet.layout_name == COMPARE
+        was_compared = self.views.sheet.layout_name == COMPARE
         if was_compared:
-            self._views.sheet.toggle_layout(COMPARE)
+            self.views.sheet.toggle_layout(COMPARE)
         self._was_compared = was_compared  # until another layout is chosen
         self._show_result()
-        self._views.sides.divide(True)
+        self.views.sides.divide(True)
 
     def _show_result(self) -> None:
         """Show the result in the active view if no view does."""
-        if not any(cell.concrete == "result" for cell in self._views.sheet.shown):
-            name = next(name for name, cell in self._views.cells.items() if cell is self._views.active)
-            self._replaced = {name: self._views.cells[name].content}
-            self._views.set_content(name, "result")
+        if not any(cell.concrete == "result" for cell in self.views.sheet.shown):
+            name = next(name for name, cell in self.views.cells.items() if cell is self.views.active)
+            self._replaced = {name: self.views.cells[name].content}
+            self.views.set_content(name, "result")
 
     def _restore_contents(self) -> None:
         """Restore the content that the result has replaced, unless the user has chosen another since."""
         replaced, self._replaced = self._replaced, {}
         for cell, content in replaced.items():
-            if self._views.cells[cell].content == "result":
-                self._views.set_content(cell, content)
+            if self.views.cells[cell].content == "result":
+                self.views.set_content(cell, content)

@@ -32,7 +32,7 @@ def project_of(workspace: Workspace) -> Project:
     )
     return Project(
         frames,
-        workspace.current.id if workspace.has_current else "",
+        workspace.shown.id if workspace.shown is not None else "",
         workspace.parameters.of_next_frame,
         workspace.parameters.shared.on,
         workspace.parameters.extraction,
@@ -105,10 +105,9 @@ class CurrentProject:
         frames does not count."""
         saved, parameters = self._saved, self._workspace.parameters
         listed = [entry.id for entry in self._workspace.entries] != [frame.id for frame in saved.frames]
-        shared = parameters.for_all
         extraction = parameters.extraction, parameters.keeps_handmade
         texts = ["list of frames"] * (self.path is not None and listed)
-        texts += ["parameters for all frames"] * (shared != (saved.common if saved.for_all else None))
+        texts += ["parameters for all frames"] * (parameters.for_all != (saved.common if saved.for_all else None))
         texts += ["extraction parameters"] * (extraction != (saved.extraction, saved.keeps_handmade))
         texts += ["paths of files"] * self.found_elsewhere
         return ", ".join(texts)

@@ -294,7 +294,7 @@ class FrameLoader(QObject):
         is closed instead, unless it has been worked on: it is opened again when it is shown."""
 
         def wanted() -> bool:
-            passed = transient and not self._workspace.is_shown(document)
+            passed = transient and document is not self._workspace.shown
             if passed and not (document.unsaved or document.counts()):
                 self._workspace.unload(document, stored=False)
             return document in self._workspace.open and not document.blocks.propagated_from
@@ -338,8 +338,7 @@ class FrameLoader(QObject):
 
     def _take_extraction(self, document: Document, found: Extraction, parameters: BlockParameters) -> None:
         """Set the blocks of an extraction with the workspace's parameters."""
-        keeps_handmade = self._workspace.parameters.keeps_handmade
-        kept = document.set_extracted(found, parameters, keeps_handmade)
+        kept = document.set_extracted(found, parameters, self._workspace.parameters.keeps_handmade)
         self._report_blocks(document, _describe_kept(*kept), *found.notes)
 
     def _report_blocks(self, document: Document, *notes: str) -> None:

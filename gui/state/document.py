@@ -188,12 +188,12 @@ class Document(FrameData):
 
     def prepare_change(self) -> None:
         """End strokes before the label map changes."""
-        if self.changes.is_shown(self):
+        if self is self.changes.shown:
             self.changes.about_to_change.emit()
         self.drop_stroke()
 
     def _note_labels(self, box: Box, part: Part) -> None:
-        if self.changes.is_shown(self):
+        if self is self.changes.shown:
             self.changes.labels_changed.emit(box)
         self.note(part)
 

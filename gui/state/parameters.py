@@ -71,7 +71,7 @@ class DocumentParameters:
     @property
     def current(self) -> Parameters:
         """Common parameters of the current frame: those of all blocks without own parameters."""
-        return self._workspace.current.state.common if self._workspace.has_current else self.shared.values
+        return self._workspace.shown.state.common if self._workspace.shown is not None else self.shared.values
 
     @property
     def for_all(self) -> Parameters | None:
@@ -140,11 +140,10 @@ class DocumentParameters:
 
     def _edit(self, common: OwnValues, own: Mapping[int, OwnValues]) -> None:
         """Set common parameters, and all own parameters of blocks, as one undo step, or as part of the last one."""
-        if not self._workspace.has_current:
+        if (document := self._workspace.shown) is None:
             if common:
                 self.set_shared(self.shared._replace(values=self.shared.values.replace(**common)))
             return
-        document = self._workspace.current
         step, stack = EditParameters(self, document, common, own), document.undo_stack
         if not step.names:
             return

@@ -141,7 +141,7 @@ class Changes(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._shown: Any = None
+        self.shown: Any = None
         self._parts = NO_PART
         self._awaited = False
         self._listeners: list[tuple[Part, Callable[[], None]]] = []
@@ -152,14 +152,10 @@ class Changes(QObject):
         """Call a function in each turn in which one of these parts has changed, before `changed` is emitted."""
         self._listeners.append((parts, call))
 
-    def is_shown(self, document: object) -> bool:
-        """Whether this is the current document."""
-        return document is self._shown
-
     def note(self, part: Part, document: object = None) -> None:
         """Note that a part has changed: `changed` tells it in the next turn of the event loop. Of a `document` that is
         not shown, only its summary in the list is."""
-        self._parts |= part if document is None or document is self._shown else Part.LIST
+        self._parts |= part if document is None or document is self.shown else Part.LIST
         self.wake()
 
     def wake(self) -> None:

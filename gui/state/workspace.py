@@ -192,6 +192,8 @@ class Workspace(Changes):
     Attributes
     ----------
     open : list of Document
+    shown : Document or None
+        The current one; None if no frame is open.
     entries : Entries
         All frames, open or not.
     undo_group : QUndoGroup
@@ -208,6 +210,8 @@ class Workspace(Changes):
 
     project_touched = Signal()
 
+    shown: Document | None
+
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.open: list[Document] = []
@@ -221,36 +225,30 @@ class Workspace(Changes):
 
     @property
     def current(self) -> Document:
-        """The document that is shown; only valid while `has_current`."""
-        if self._shown is None:
+        """The document that is `shown`, where there must be one."""
+        if self.shown is None:
             raise RuntimeError("no frame is open")
-        document: Document = self._shown
-        return document
-
-    @property
-    def has_current(self) -> bool:
-        """Whether a frame is open."""
-        return self._shown is not None
+        return self.shown
 
     @property
     def current_entry(self) -> Entry | None:
         """The entry of the current document; None if no frame is open."""
-        return None if self._shown is None else self.entries.of(self._shown.id)
+        return None if self.shown is None else self.entries.of(self.shown.id)
 
     @property
     def chosen(self) -> int:
         """The first selected block of the current document; 0 for none."""
-        return self.current.chosen if self.has_current else 0
+        return 0 if self.shown is None else self.shown.chosen
 
     def select(self, labels: Sequence[int]) -> None:
         """Select blocks of the current document, if there is one."""
-        if self.has_current:
-            self.current.select(labels)
+        if self.shown is not None:
+            self.shown.select(labels)
 
     @property
     def stroke_in_progress(self) -> bool:
         """Whether a stroke is in progress."""
-        return self.has_current and self.current.stroke_in_progress
+        return self.shown is not None and self.shown.stroke_in_progress
 
     def end_stroke(self) -> None:
         """Drop a stroke in progress, before all is stored."""
@@ -277,12 +275,12 @@ class Workspace(Changes):
 
     def show(self, document: Document | None) -> None:
         """Make a frame the current one."""
-        if document is self._shown:
+        if document is self.shown:
             return
         self.parameters.leave()
-        if self._shown is not None:
-            self._shown.prepare_change()
-        self._shown = document
+        if self.shown is not None:
+            self.shown.prepare_change()
+        self.shown = document
         self.undo_group.setActiveStack(document.undo_stack if document else self._empty_stack)
         self.note(Part.FRAME)
 
@@ -302,8 +300,8 @@ class Workspace(Changes):
     def remove_entries(self, entries: Collection[Entry]) -> None:
         """Remove frames from the list permanently, and close those that are open."""
         gone = {entry.document for entry in entries if entry.document is not None}
-        if self._shown in gone:  # show the nearest remaining frame
-            position = self.open.index(self._shown)
+        if self.shown in gone:  # show the nearest remaining frame
+            position = self.open.index(self.shown)
             nearest = [*reversed(self.open[:position]), *self.open[position:]]
             self.show(next((document for document in nearest if document not in gone), None))
         for document in [document for document in self.open if document in gone]:
@@ -319,7 +317,7 @@ class Workspace(Changes):
     def _close(self, document: Document) -> None:
         position = self.open.index(document)
         self.open.remove(document)
-        if document is self._shown:
+        if document is self.shown:
             self.show(self.open[max(position - 1, 0)] if self.open else None)
         document.changes = Changes()
         self.undo_group.removeStack(document.undo_stack)

@@ -94,18 +94,18 @@ class Editor(QObject):
     @property
     def ready(self) -> bool:
         """Whether there is a frame to edit."""
-        return self._workspace.has_current
+        return self._workspace.shown is not None
 
     @property
     def busy(self) -> bool:
         """Whether the tool has an action in progress."""
-        return self._workspace.has_current and self.tool.busy
+        return self._workspace.shown is not None and self.tool.busy
 
     def cancel(self) -> bool:
         """Cancel the tool's action in progress; False if there is none."""
         self._jobs.forget()
         was_busy = self.busy
-        if self._workspace.has_current:
+        if self._workspace.shown is not None:
             self.tool.cancel(self)
         return self._update_hint(was_busy)
 
@@ -113,7 +113,7 @@ class Editor(QObject):
         """Cancel the tool's action in progress, or else remove its mark, or else clear the selection."""
         if self.busy:
             self.cancel()
-        elif not self._update_hint(self._workspace.has_current and self.tool.remove(self)):
+        elif not self._update_hint(self._workspace.shown is not None and self.tool.remove(self)):
             self.cancel()
             self._workspace.select([])
 
@@ -124,15 +124,15 @@ class Editor(QObject):
 
     def finish(self) -> bool:
         """Complete the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_current and self.attempt(lambda: self.tool.finish(self)))
+        return self._update_hint(self._workspace.shown is not None and self.attempt(lambda: self.tool.finish(self)))
 
     def undo_last(self) -> bool:
         """Undo the last part of the tool's action in progress; False if there is none."""
-        return self._update_hint(self._workspace.has_current and self.tool.undo_last(self))
+        return self._update_hint(self._workspace.shown is not None and self.tool.undo_last(self))
 
     def pointer(self, event: PointerEvent) -> bool:
         """Pass an event to the active tool; False if the tool does not use it."""
-        if not self._workspace.has_current:
+        if self._workspace.shown is None:
             return False
         if event.kind is PointerKind.WHEEL and not self.tool.wheel:
             if "brush" in self.tool.options:
@@ -150,7 +150,7 @@ class Editor(QObject):
     def _turn(self) -> None:
         """Update after a change of the current frame."""
         self._pointer = None
-        if self._edges_of is not None and not self._workspace.is_shown(self._edges_of[0]):
+        if self._edges_of is not None and self._edges_of[0] is not self._workspace.shown:
             self._edges_of = self._edge_data = None
             self._edge_requests.forget()
         self._look_ahead()
@@ -158,7 +158,7 @@ class Editor(QObject):
     def _look_ahead(self) -> None:
         """Start finding the edges before they are needed."""
         by_edges = self.options.similar_only or "similar_only" not in self.tool.options
-        if self._workspace.has_current and self.tool.guided and by_edges:
+        if self._workspace.shown is not None and self.tool.guided and by_edges:
             _ = self.edge_data
 
     # options
@@ -189,7 +189,7 @@ class Editor(QObject):
 
     def _hover_again(self) -> None:
         """Show the tool's preview at the pointer again."""
-        if self._pointer is not None and self._workspace.has_current:
+        if self._pointer is not None and self._workspace.shown is not None:
             at = self._pointer
             self._update_hint(self.tool.pointer(PointerEvent(PointerKind.HOVER, at.x, at.y, pixel=at.pixel), self))
 

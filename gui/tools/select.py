@@ -166,10 +166,9 @@ def _count_text(document: Document, labels: Sequence[int]) -> str:
 
 def _inside(band: QRectF, host: Host) -> list[int]:
     """Return the blocks of which more than half is inside a rectangle, the largest part first."""
-    labels = host.document.labels
     rows = slice(max(round(band.top()), 0), max(round(band.bottom()), 0))
     columns = slice(max(round(band.left()), 0), max(round(band.right()), 0))
-    pixels = np.bincount(labels[rows, columns].ravel(), minlength=1)
+    pixels = np.bincount(host.document.labels[rows, columns].ravel(), minlength=1)
     counts = host.document.counts()
     found = [int(label) for label in np.flatnonzero(pixels) if label and 2 * pixels[label] > counts[int(label)].pixels]
     return sorted(found, key=lambda label: -pixels[label])

@@ -252,7 +252,7 @@ class ViewData:
 
     def read(self, parts: Part) -> set[str]:
         """Read what has changed of the current document; return the names, from `READ`, of what was read."""
-        document = self._workspace.current if self._workspace.has_current else None
+        document = self._workspace.shown
         if document is None and (self.keeps_picture or self.frame is None):
             return set()
         self.keeps_picture = False

@@ -361,7 +361,7 @@ class FrameRuns(QObject):
     def _report_resolved(self, work: Work) -> None:
         results = self.document.valid_results()
         there = [label for label in work.resolves if label in work.done and label in results]
-        if there and self._workspace.is_shown(self.document):
+        if there and self.document is self._workspace.shown:
             count = sum(results[label].outcome.iterations for label in there)
             what = self.document.info(there[0]).name if len(there) == 1 else counted(len(there), "block")
             self._runs.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * work.seconds:.0f} ms")
@@ -464,7 +464,7 @@ class RunController(QObject):
     @property
     def state(self) -> RunState:
         """The state of the current frame's run."""
-        return self.current.state if self._workspace.has_current else RunState.IDLE
+        return self.current.state if self._workspace.shown is not None else RunState.IDLE
 
     def _cancel_closed(self) -> None:
         """Cancel the runs of frames that are no longer open."""

@@ -58,7 +58,7 @@ def in_window(count: int, size: Size) -> Iterator[None]:
             for box in window.findChildren(ProblemBox):
                 box.close()
             window.documents.close_frame()
-            wait(lambda: not window.workspace.has_current, _RARELY_MS)
+            wait(lambda: window.workspace.shown is None, _RARELY_MS)
             pause(_REST_MS if number + 1 in (_first(count), count) else 10)
             yield
         end(window)

@@ -63,7 +63,7 @@ def end(window: MainWindow) -> None:
 def open_frame(window: MainWindow, folder: Path) -> None:
     """Open a frame, and wait for its blocks."""
     window.documents.open_paths([folder])
-    wait(lambda: window.workspace.has_current and window.workspace.current.counts() and not window.loader.busy)
+    wait(lambda: window.workspace.shown is not None and window.workspace.shown.counts() and not window.loader.busy)
 
 
 def settled(window: MainWindow) -> bool:

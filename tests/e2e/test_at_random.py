@@ -86,7 +86,7 @@ def test_commands_in_any_order(window, qtbot, small_frame, tmp_path):
         qtbot.wait(chance.choice([0, 0, 1, 20]))
 
     open_ones = [weakref.ref(document) for document in workspace.open]
-    while workspace.has_current:
+    while workspace.shown is not None:
         workspace.remove_entries([workspace.current_entry])
     window.refresh.now()
 

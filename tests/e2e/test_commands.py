@@ -25,7 +25,7 @@ class _Counter(Feature):
 
         They are of the current frame.
         """
-        _DONE.append(len(self.context.workspace.current.selected))
+        _DONE.append(len(self.workspace.current.selected))
 
 
 def test_a_new_command_is_one_method(window, opened, qtbot):

@@ -231,7 +231,7 @@ def test_frames_change_and_close_while_a_preview_is_under_way(staged, qtbot, gat
     shown.clear()
     staged.actions_["close_frame"].trigger()
     settle(staged, qtbot)
-    assert not staged.workspace.has_current
+    assert staged.workspace.shown is None
     assert not shown
     assert _summary(staged) == ""
 
@@ -264,7 +264,7 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
 
     monkeypatch.setattr("gui.project.loading.extract", slow)
     window.loader.open(FrameRef(str(frame_folder)))
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)
     window.refresh.now()
     document = window.workspace.current
     assert window.views.cells["colour"].view.shown is not None

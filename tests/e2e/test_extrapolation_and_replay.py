@@ -126,7 +126,7 @@ def test_a_file_of_the_frame_that_is_not_there_any_more_is_asked_for(
     if problem == "changed":
         write_frame(tmp_path / "two-planes", ilf.RGBDFrame(frame.rgb, frame.depth + 1))
     _open_run(opened, qtbot, tmp_path / "out" / "run.json")
-    assert not opened.workspace.has_current
+    assert opened.workspace.shown is None
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(moved))
     loaded(opened, qtbot, answer, opened, "Locate f&older…")
     np.testing.assert_array_equal(opened.workspace.current.completion().depth, completed)

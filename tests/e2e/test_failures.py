@@ -100,7 +100,7 @@ def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):
     (tmp_path / "run.json").write_text("{not json")
     loaded(window, qtbot, _drop, window, tmp_path / "run.json")
     assert "run.json" in window.notes.shown[-1].message
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
 
 
 def test_what_a_depth_png_loses_is_told_and_a_failing_export_leaves_what_was_there(

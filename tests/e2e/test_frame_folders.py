@@ -213,7 +213,7 @@ def test_keys_follow_the_list_as_it_is_shown_and_removal_asks_once(listed, qtbot
 
 def _open_folder(window, qtbot, folder):
     window.documents.open_paths([folder])
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None and not window.loader.busy)
 
 
 def test_work_on_a_folder_is_there_again_the_next_time(another, qtbot, folder, small_frame):

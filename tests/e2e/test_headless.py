@@ -82,7 +82,7 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(start, frame_fol
     take = DocumentsFeature.picture
 
     def look(self: DocumentsFeature):
-        extrapolated.append(self.context.workspace.current.extrapolated)
+        extrapolated.append(self.workspace.current.extrapolated)
         return take(self)
 
     monkeypatch.setattr(DocumentsFeature, "picture", look)

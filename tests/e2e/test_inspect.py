@@ -129,7 +129,7 @@ def test_a_rectangle_that_was_saved_is_seen_at_once(opened, another, qtbot, tmp_
     save(opened, qtbot, tmp_path / "work.ilf")
     window = another()
     window.documents.open_paths([tmp_path / "work.ilf"])
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)
     window.refresh.now()
     assert window.context.made(InspectPanel) is not None
     assert marks(window).region.preview is not None

@@ -77,7 +77,7 @@ def test_a_frame_closes_without_a_question_during_a_re_solve(opened, qtbot):
     document = opened.workspace.current
     document.note_saved(document.stamp)
     opened.actions_["close_frame"].trigger()
-    assert not opened.workspace.has_current
+    assert opened.workspace.shown is None
     qtbot.waitUntil(lambda: opened.runs.state is RunState.IDLE)
 
 

@@ -32,9 +32,8 @@ class _Missing(Panel):
 
     def refresh(self, parts: Part):
         self.drawn.append(parts)
-        workspace = self.context.workspace
-        if workspace.has_current:
-            depth = workspace.current.frame.depth
+        if (document := self.workspace.shown) is not None:
+            depth = document.frame.depth
             self.requests.ask(lambda: _count_missing(depth), self._show_count)
 
     def _show_count(self, count: int):

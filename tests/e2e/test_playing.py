@@ -50,7 +50,7 @@ def _play(window, qtbot):
 def _settle(window, qtbot):
     """Wait until the frame shown by playing is open."""
     workspace, worker = window.workspace, window.feature(PlayFeature).worker
-    qtbot.waitUntil(lambda: workspace.has_current and not window.loader.busy and not worker.busy)
+    qtbot.waitUntil(lambda: workspace.shown is not None and not window.loader.busy and not worker.busy)
     window.refresh.now()
 
 
@@ -111,7 +111,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 2)
     window.refresh.now()
-    assert not workspace.has_current
+    assert workspace.shown is None
     for name in ("undo", "extract", "run", "select_all"):
         assert not actions[name].isEnabled(), name
     assert why_not(actions["run"]) == "Pause playing first."
@@ -196,7 +196,7 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     actions["play_frames"].trigger()
     qtbot.waitUntil(lambda: feature.shown is not None and feature.shown.row == 1)
     workspace.remove_entries([workspace.entries[feature.shown.row]])
-    qtbot.waitUntil(lambda: workspace.has_current)
+    qtbot.waitUntil(lambda: workspace.shown is not None)
     assert not feature.playing
     _settle(window, qtbot)
     assert workspace.current in workspace.open
@@ -206,7 +206,7 @@ def test_a_frame_that_is_gone_when_playing_ends_is_not_opened(listed, qtbot):
     qtbot.waitUntil(lambda: feature.shown is not None)
     workspace.remove_entries(list(workspace.entries))
     qtbot.waitUntil(lambda: not feature.playing and feature.shown is None)
-    assert not workspace.has_current
+    assert workspace.shown is None
     assert first not in workspace.open
     assert window.views.data.frame is None, "the start page is shown"
 

@@ -62,7 +62,7 @@ def test_frames_are_shown_recorded_and_counted_and_the_last_one_is_opened(window
     assert np.array_equal(recorded[-1], last.moment.depth)
     assert not window.actions_["play_recorded"].isChecked(), "it ends with playing"
     assert f"{len(shown)} frames recorded: {tmp_path / 'out.mcap'}" in window.notes.message
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)
     opened = window.workspace.current.frame
     assert np.array_equal(opened.depth, last.moment.frame.depth, equal_nan=True)
 
@@ -72,7 +72,7 @@ def test_what_cannot_be_played_or_recorded_is_told_and_the_former_frame_is_shown
     opened.notes.reported.connect(told.append)
     assert _played(opened, qtbot, tmp_path / "none", 10.0) == []
     assert "none" in told[-1]
-    qtbot.waitUntil(lambda: opened.workspace.has_current)
+    qtbot.waitUntil(lambda: opened.workspace.shown is not None)
     assert opened.workspace.current is former
     taken = tmp_path / "taken.mcap"
     taken.touch()
@@ -101,7 +101,7 @@ def test_a_camera_is_played_and_recorded_until_it_is_lost_and_its_last_frame_kep
     window.actions_["play_recorded"].trigger()
     shown = _played(window, qtbot, None, 1000.0)
     assert not camera.running
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)
     assert "sent no frame" in told[1]
     assert "Reconnect it" in told[1]
     assert "already exists" in told[2], "another folder was asked for"

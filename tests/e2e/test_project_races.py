@@ -22,7 +22,7 @@ def test_the_present_project_is_opened_again_as_it_has_been_saved_before(opened,
     dialog = opened.project.question
     with qtbot.waitSignal(opened.project.opening.opened):
         dialog.save_button.click()
-    qtbot.waitUntil(lambda: opened.workspace.has_current)
+    qtbot.waitUntil(lambda: opened.workspace.shown is not None)
     opened.project.discard_silently = True
     assert opened.workspace.current.info(1).name == "Wall"
 

@@ -56,7 +56,7 @@ def show(window, qtbot, row: int) -> Document:
     """A frame of the list, as it is opened when it is looked at."""
     workspace, entry = window.workspace, window.workspace.entries[row]
     window.loader.open_entry(entry)
-    qtbot.waitUntil(lambda: workspace.has_current and workspace.current is entry.document)
+    qtbot.waitUntil(lambda: workspace.shown is not None and workspace.shown is entry.document)
     return workspace.current
 
 
@@ -148,10 +148,10 @@ def test_a_project_opens_moved_with_its_frames_and_embedded_alone_and_a_damaged_
     path.write_bytes(content)
     open_project(window, qtbot, path)
     (left_aside,) = window.workspace.entries
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
     assert left_aside.summary.problem
     answer(window, "Open &anew")
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None and not window.loader.busy)
     assert left_aside.document is None
     assert len(window.workspace.entries) == 2, "the files are opened anew, beside the work"
     save(window, qtbot, path)
@@ -198,7 +198,7 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     open_project(second, qtbot, path)
     assert offered() == ["Locate f&older…", "Locate &file…", "Open &anew", "Cancel"]
     answer(second, "Cancel")
-    assert not workspace.has_current
+    assert workspace.shown is None
     assert "Frames" in second.panels.open
     assert fail(1) == ["Locate f&older…", "Locate &file…", "Cancel"], "only what has changed can be opened anew"
     answer(second, "Cancel")
@@ -386,7 +386,7 @@ def test_a_frame_that_is_closed_comes_back_as_it_was_saved(opened, qtbot, tmp_pa
         opened.actions_["close_frame"].trigger()
         dialog = opened.project.question
         getattr(dialog, button).click()
-        qtbot.waitUntil(lambda: not workspace.has_current)
+        qtbot.waitUntil(lambda: workspace.shown is None)
         entry = workspace.entries[0]
         assert (len(workspace.entries), entry.unsaved) == (1, False)
         assert show(opened, qtbot, 0).info(1).name == name

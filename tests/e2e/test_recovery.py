@@ -79,7 +79,7 @@ def _asked(window, qtbot, about: str = "") -> QMessageBox:
 def _restore(window, qtbot, about: str = "") -> None:
     box = _asked(window, qtbot, about)
     next(one for one in box.buttons() if one.text() == "&Restore").click()
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None and not window.loader.busy)
 
 
 def _names(window) -> list[str]:

@@ -104,10 +104,10 @@ def test_a_frame_that_was_moved_is_asked_for_once(window, qtbot, results, tmp_pa
     shutil.move(tmp_path / "frames", tmp_path / "moved")
     open_path(window, qtbot, results)
     qtbot.waitUntil(lambda: not window.loader.busy)
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(tmp_path / "moved"))
     assert str(tmp_path / "frames" / "far" / "rgb.png") in answer(window, "Locate f&older…")
-    qtbot.waitUntil(lambda: window.workspace.has_current and not window.loader.busy)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None and not window.loader.busy)
     shutil.copytree(tmp_path / "moved", tmp_path / "frames")
     check_result(window.workspace.current, results / "far")
     shutil.rmtree(tmp_path / "frames")
@@ -122,7 +122,7 @@ def test_a_frame_that_has_changed_is_not_taken_for_the_one_that_was_completed(wi
     open_path(window, qtbot, results / "far")
     qtbot.waitUntil(lambda: not window.loader.busy)
     assert f"{depth} has changed" in answer(window, "Cancel")
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
 
 
 def test_a_result_in_whole_millimetres_is_not_shown_as_it_is_rounded(window, qtbot, results, reported, tmp_path):
@@ -137,7 +137,7 @@ def test_a_result_in_whole_millimetres_is_not_shown_as_it_is_rounded(window, qtb
 def test_reading_options_of_a_result_are_refused(window, qtbot, results):
     far = FrameRef(str(results / "far")).with_options(depth_units=500.0)
     loaded(window, qtbot, window.documents.open_source, far)
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
     assert "Leave the reading options out" in window.log.text.toPlainText()
 
 

@@ -39,11 +39,11 @@ def test_an_address_in_a_project_is_opened_after_a_question_that_shows_it(window
     box.defaultButton().click()
     qtbot.waitUntil(lambda: not window.loader.busy)
     assert not wanted
-    assert not window.workspace.has_current
+    assert window.workspace.shown is None
     window.loader.open_entry(window.workspace.entries[0])
     asked(window, qtbot)
     assert f"{address}/depth/0000.png" in answer(window, "&Open")
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)
     assert wanted
 
 
@@ -63,4 +63,4 @@ def test_the_open_dialog_leads_to_the_question(window, qtbot, tmp_path):
     dialog.accept_button.click()
     asked(window, qtbot)
     answer(window, "&Open")
-    qtbot.waitUntil(lambda: window.workspace.has_current)
+    qtbot.waitUntil(lambda: window.workspace.shown is not None)

@@ -41,7 +41,7 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
 
     merged = workspace.current.labels.copy()
     opened.actions_["close_frame"].trigger()
-    assert not workspace.has_current
+    assert workspace.shown is None
     loaded(opened, qtbot, opened.documents.open_paths, [tmp_path / "first" / "run.json"])
     assert np.array_equal(workspace.current.labels, merged)
     assert workspace.parameters.current.centred

@@ -88,7 +88,7 @@ class AccuracyPanel(Panel):
         self.requests.ended.connect(self.redraw)
 
     def make(self) -> QWidget:
-        self.work.cancelled.connect(lambda: self.context.notes.show_message("The hold-out test was cancelled."))
+        self.work.cancelled.connect(lambda: self.notes.show_message("The hold-out test was cancelled."))
         self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(self._ground_truth_page(), "Ground truth")
         self.tabs.addTab(self._hold_out_page(), "Hold-out")
@@ -126,7 +126,7 @@ class AccuracyPanel(Panel):
         return page(*above, _row(*choice, unit=True), self.hold_out_table)
 
     def refresh(self, parts: Part) -> None:
-        document = self.context.workspace.current if self.context.workspace.has_current else None
+        document = self.workspace.shown
         if parts & (Part.FRAME | Part.GROUND_TRUTH | Part.INVALID_MASK):
             self._show_source(document)
         if parts & (Part.FRAME | Part.GROUND_TRUTH):
@@ -143,16 +143,15 @@ class AccuracyPanel(Panel):
     @command("load_ground_truth", "Load ground &truth…", icon="ph.check-circle", needs=Need.FRAME)
     def _ask_ground_truth(self) -> None:
         """Load the true depth of the frame, to evaluate results against it."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         dialog = GroundTruthDialog(document.frame, self._reader, self.context.window)
         open_once(dialog, lambda: self._take_ground_truth(document, dialog.seen.found))
 
     def _take_ground_truth(self, document: Document, frame: RGBDFrame) -> None:
-        workspace = self.context.workspace
-        if document not in workspace.open:
+        if document not in self.workspace.open:
             return
-        workspace.show(document)  # another frame may have been opened meanwhile
-        workspace.current.set_ground_truth(
+        self.workspace.show(document)  # another frame may have been opened meanwhile
+        self.workspace.current.set_ground_truth(
             frame.ground_truth, None if frame.inputs is None else frame.inputs.ground_truth
         )
         self.reveal()
@@ -160,8 +159,8 @@ class AccuracyPanel(Panel):
     @command("remove_ground_truth", "Remove ground truth", icon="ph.x-circle", needs=Need.GROUND_TRUTH)
     def _remove_ground_truth(self) -> None:
         """Remove the ground truth of the frame."""
-        self.context.workspace.current.set_ground_truth(None)
-        self.context.notes.show_message("Ground truth removed.")
+        self.workspace.current.set_ground_truth(None)
+        self.notes.show_message("Ground truth removed.")
 
     def _show_source(self, document: Document | None) -> None:
         file = None if document is None or document.frame.inputs is None else document.frame.inputs.ground_truth
@@ -210,9 +209,9 @@ class AccuracyPanel(Panel):
         self.context.refresh.now()  # it turns to the page that fits the frame
         self.tabs.setCurrentIndex(1)
         if self.busy:
-            self.context.notes.show_message("A hold-out test is already in progress.")
+            self.notes.show_message("A hold-out test is already in progress.")
             return
-        document = self.context.workspace.current
+        document = self.workspace.current
         present = document.run(document.state.common)
         last = self.outcomes.get(document)
         tested = [] if last is None else [one.name for one in last.candidates]
@@ -231,7 +230,7 @@ class AccuracyPanel(Panel):
         open_once(dialog, start)
 
     def _take_outcome(self, document: Document, outcome: HoldOutOutcome) -> None:
-        if document not in self.context.workspace.open:
+        if document not in self.workspace.open:
             return
         self.outcomes[document] = outcome
         for candidate, whole in zip(outcome.candidates, outcome.errors[0].evaluated, strict=True):
@@ -242,11 +241,11 @@ class AccuracyPanel(Panel):
 
     def _cancel_closed(self) -> None:
         """Cancel the test if its frame was closed."""
-        if any(test.about not in self.context.workspace.open for test in self.pending_work()):
+        if any(test.about not in self.workspace.open for test in self.pending_work()):
             self.requests.cancel()
 
     def _show_hold_out(self, document: Document | None) -> None:
-        chosen = self.context.workspace.chosen
+        chosen = self.workspace.chosen
         name = document.info(chosen).name if document and chosen else ""
         self.part.setItemText(1, f"{name} only" if name else "Selected block (none selected)")
         outcome = None if document is None else self.outcomes.get(document)

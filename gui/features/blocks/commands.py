@@ -26,28 +26,28 @@ class BlockCommands(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._workspace, self._editor = context.workspace, context.editor
+        self._editor = context.editor
 
     @command("delete_blocks", "&Delete blocks", icon="ph.trash", keys="Ctrl+Del", needs=Need.UNLOCKED)
     def delete(self) -> None:
         """Delete the selected blocks."""
-        document = self._workspace.current
+        document = self.workspace.current
 
         def act() -> None:
             check_unlocked(document, document.selected)
             if document.edit(delete(document.labels, document.selected, document.locked), self._text("Delete")):
-                self._workspace.select([])
+                self.workspace.select([])
 
         self._attempt(act)
 
     @command("merge_blocks", "&Merge blocks", icon="ph.intersect", keys="Ctrl+M", needs=Need.SEVERAL)
     def merge(self) -> None:
         """Merge the selected blocks into one."""
-        self._attempt(lambda: merge_blocks(self._editor, list(self._workspace.current.selected)))
+        self._attempt(lambda: merge_blocks(self._editor, list(self.workspace.current.selected)))
 
     def _why_none_selected(self) -> str:
         """Unlike for other commands, a selected block may have no pixels yet."""
-        return "" if self._workspace.current.selected else "Select a block first."
+        return "" if self.workspace.current.selected else "Select a block first."
 
     @command(
         "lock_blocks", "&Lock or unlock", icon="ph.lock", keys="Ctrl+L", needs=Need.FRAME, why_off=_why_none_selected
@@ -57,15 +57,15 @@ class BlockCommands(Feature):
 
         They are unlocked only if all are locked.
         """
-        document = self._workspace.current
+        document = self.workspace.current
         lock = not all(document.info(label).locked for label in document.selected)
         changed = [label for label in document.selected if document.info(label).locked != lock]
         if changed:
             text = self._text("Lock" if lock else "Unlock")
-            self._workspace.current.edit_infos({label: {"locked": lock} for label in changed}, text)
+            self.workspace.current.edit_infos({label: {"locked": lock} for label in changed}, text)
 
     def _why_none_to_check(self) -> str:
-        document = self._workspace.current
+        document = self.workspace.current
         to_check = document.state.to_check & set(document.selected) & document.counts().keys()
         return "" if to_check else "The selected blocks need no check."
 
@@ -79,7 +79,7 @@ class BlockCommands(Feature):
     )
     def mark_checked(self) -> None:
         """Mark the selected blocks, which were propagated from another frame, as checked."""
-        self._workspace.current.mark_checked(self._workspace.current.selected)
+        self.workspace.current.mark_checked(self.workspace.current.selected)
 
     @command("hide_blocks", "Show or h&ide", icon="ph.eye", keys="Ctrl+H", needs=Need.FRAME, why_off=_why_none_selected)
     def toggle_visibility(self) -> None:
@@ -87,23 +87,23 @@ class BlockCommands(Feature):
 
         They are hidden only if all are shown.
         """
-        document = self._workspace.current
+        document = self.workspace.current
         show = not all(document.info(label).visible for label in document.selected)
         for label in list(document.selected):
             if document.info(label).visible != show:
-                self._workspace.current.set_visible(label, show)
+                self.workspace.current.set_visible(label, show)
 
     @command("select_all", "Select &all blocks", icon="ph.selection-all", keys="Ctrl+A", needs=Need.FRAME)
     def select_all(self) -> None:
         """Select all blocks."""
-        self._workspace.select(list(self._workspace.current.counts()))
+        self.workspace.select(list(self.workspace.current.counts()))
 
     @command("new_block", "&New block", icon="ph.selection-plus", keys="Ctrl+N", needs=Need.FRAME)
     def new(self) -> None:
         """Start a new block with the brush."""
-        label = self._workspace.current.start_block()
+        label = self.workspace.current.start_block()
         self._editor.set_tool("paint")
-        self._editor.show_message(f"Paint the pixels of {self._workspace.current.info(label).name}.")
+        self._editor.show_message(f"Paint the pixels of {self.workspace.current.info(label).name}.")
 
     @command("grow_blocks", "&Grow", icon="ph.arrows-out-simple", keys="Ctrl++", needs=Need.UNLOCKED)
     def grow(self) -> None:
@@ -123,7 +123,7 @@ class BlockCommands(Feature):
     @command("clean_up", "&Clean up", icon="ph.sparkle", keys="Ctrl+K", needs=Need.BLOCKS)
     def clean_up(self) -> None:
         """Assign islands, slivers and holes of a few pixels to the blocks around them."""
-        document = self._workspace.current
+        document = self.workspace.current
         smallest = sliver_size(document.labels.size)
         self._editor.cancel()
         found = count_slivers(document.labels, smallest, locked=document.locked)
@@ -134,7 +134,7 @@ class BlockCommands(Feature):
 
     def _change(self, verb: str, change: Callable[..., LabelPatch | None]) -> None:
         """Grow, shrink or smooth all selected blocks, as one undo step."""
-        document, amount = self._workspace.current, self._editor.options.amount
+        document, amount = self.workspace.current, self._editor.options.amount
 
         def act() -> None:
             check_unlocked(document, document.selected)
@@ -151,7 +151,7 @@ class BlockCommands(Feature):
         self._editor.attempt(act)
 
     def _text(self, verb: str) -> str:
-        document = self._workspace.current
+        document = self.workspace.current
         chosen = document.selected
         return f"{verb} {document.info(chosen[0]).name}" if len(chosen) == 1 else f"{verb} {len(chosen)} blocks"
 
@@ -160,10 +160,10 @@ class BlockCommands(Feature):
     def offers(self, x: float, y: float) -> list[tuple[str, Callable[[], object]]]:
         """Select the block at a position in the image, and return the texts and actions of what can be done there."""
         self._editor.cancel()
-        document = self._workspace.current
+        document = self.workspace.current
         before, label = list(document.selected), document.label_at(x, y)
         if label not in before:
-            self._workspace.select([label] if label else [])
+            self.workspace.select([label] if label else [])
         if label == 0:
             return []
         name = document.info(label).name
@@ -176,13 +176,13 @@ class BlockCommands(Feature):
         return [(text, partial(self._attempt, act)) for text, act in offers.items()]
 
     def _give(self, x: float, y: float, chosen: list[int]) -> None:
-        document = self._workspace.current
-        self._workspace.select(chosen)
+        document = self.workspace.current
+        self.workspace.select(chosen)
         give_piece(self._editor, piece_at(document.labels, x, y), document.label_at(x, y))
 
     def _merge_into(self, taker: int, other: int) -> None:
-        document = self._workspace.current
+        document = self.workspace.current
         check_unlocked(document, [taker, other])
         text = f"Merge into {document.info(taker).name}"
         self._editor.commit(merge(document.labels, [taker, other], document.locked), text, taker)
-        self._workspace.select([taker])
+        self.workspace.select([taker])

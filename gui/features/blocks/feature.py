@@ -153,8 +153,8 @@ class BlocksFeature(Panel):
         context.loader.busy_changed.connect(self._show_hint)
 
     def make(self) -> BlockTable:
-        self.table = table = BlockTable(self.context.workspace)
-        table.labelsSelected.connect(self.context.workspace.select)
+        self.table = table = BlockTable(self.workspace)
+        table.labelsSelected.connect(self.workspace.select)
         menu = self.context.actions.menu
         table.customContextMenuRequested.connect(
             lambda at: self._run(menu("", table, BLOCK_MENU), table.viewport().mapToGlobal(at))
@@ -170,12 +170,11 @@ class BlocksFeature(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Update the rows and the selection, and have the results evaluated again if they have changed."""
-        table, workspace = self.table, self.context.workspace
-        if not workspace.has_current:
+        table, workspace = self.table, self.workspace
+        if (document := workspace.shown) is None:
             table.set_rows({})
             self._show_hint()
             return
-        document = workspace.current
         if parts & _EVALUATED:
             self._evaluate(document)
         if self._errors is None or parts & _OF_ERRORS:
@@ -223,7 +222,7 @@ class BlocksFeature(Panel):
 
     def _show_menu_at(self, place: QPoint, x: float, y: float) -> None:
         """Show the context menu of the views at a screen position, which is x, y in the image."""
-        if self.context.workspace.has_current:
+        if self.workspace.shown is not None:
             self._run(self.menu_at(x, y), place)
 
     def menu_at(self, x: float, y: float) -> QMenu:
@@ -231,7 +230,7 @@ class BlocksFeature(Panel):
 
         The block there is selected; the block that was selected before can take over that block or a piece of it.
         """
-        menu = self.context.actions.menu("", self.context.views)
+        menu = self.context.actions.menu("", self.views)
         for text, act in self.context.feature(BlockCommands).offers(x, y):
             menu.addAction(text).triggered.connect(lambda _=False, act=act: act())
         self.context.actions.fill(menu, f"| {BLOCK_MENU}")
@@ -252,7 +251,7 @@ class BlocksFeature(Panel):
     @command("shuffle_colours", "&Shuffle colours", icon="ph.shuffle", needs=Need.BLOCKS)
     def shuffle_colours(self) -> None:
         """Assign other colours to the blocks, as one undo step."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         labels = list(document.counts())
         in_use = {document.info(label).colour for label in labels}
         start = random.randrange(1, _COLOURS)
@@ -260,4 +259,4 @@ class BlocksFeature(Panel):
         more = range(start + len(labels), start + 2 * len(labels))
         unused = [colour for colour in map(block_colour, [*numbers, *more]) if colour not in in_use]
         changes = {label: {"colour": colour} for label, colour in zip(labels, unused, strict=False)}
-        self.context.workspace.current.edit_infos(changes, "Shuffle colours")
+        self.workspace.current.edit_infos(changes, "Shuffle colours")

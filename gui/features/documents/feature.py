@@ -47,9 +47,6 @@ class DocumentsFeature(Feature):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self._window = context.window
-        self._workspace = context.workspace
-        self._loader = context.loader
-        self._notes = context.notes
         self._project = context.feature(ProjectFeature)
         self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
         self.recent = RecentMenu(context.panels.persistent, self.open_again, context.window)
@@ -58,8 +55,8 @@ class DocumentsFeature(Feature):
         context.workspace.on(Part.LIST, self._note_recent)
         self._project.opening.opened.connect(lambda opened: self.recent.note(opened.path))
         self._project.saving.saved.connect(lambda path, _: self.recent.note(path))
-        self._loader.listed.connect(self._tell_listed)
-        self._loader.replayed.connect(self._tell_differences)
+        self.context.loader.listed.connect(self._tell_listed)
+        self.context.loader.replayed.connect(self._tell_differences)
         context.runs.finished.connect(self._tell_verdict)
 
     # opening
@@ -75,7 +72,7 @@ class DocumentsFeature(Feature):
         try:
             self.open_source(FrameRef(str(asset_path("samples/room"))))
         except IlfError as error:
-            self._notes.report("Open sample", error)
+            self.notes.report("Open sample", error)
 
     def open_paths(self, paths: list[Path]) -> None:
         """Open dropped or given paths: folders of frames and recordings at once, single files with the dialog,
@@ -88,7 +85,7 @@ class DocumentsFeature(Feature):
         for record in records:
             self.open_run(record)
         if len(files) > 2:
-            self._notes.report("Open", InputError(_TOO_MANY))
+            self.notes.report("Open", InputError(_TOO_MANY))
         elif files:
             self._open_dialog(*map(str, files))
 
@@ -99,12 +96,12 @@ class DocumentsFeature(Feature):
         source = source.absolute()
         note_opened(*source.paths)
         several = source.depth is None and source.frame is None and contains_frames(source.rgb)
-        open_ = self._project.opening.open_folder if several else self._loader.open
+        open_ = self._project.opening.open_folder if several else self.context.loader.open
         self._project.join(Path(source.rgb), lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
-        self._project.join(record.absolute(), lambda: self._loader.open_run(record))
+        self._project.join(record.absolute(), lambda: self.context.loader.open_run(record))
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
@@ -128,21 +125,21 @@ class DocumentsFeature(Feature):
         """Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks."""
         from .load_blocks import LoadBlocksDialog
 
-        document, filling = self._workspace.current, self._workspace.parameters.extraction
+        document, filling = self.workspace.current, self.workspace.parameters.extraction
         dialog = LoadBlocksDialog(document.frame, filling, self._block_files, self._window)
         open_once(dialog, lambda: self._take_blocks(dialog.seen.found))
 
     def _take_blocks(self, blocks: Blocks) -> None:
-        self._workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
-        document = self._workspace.current
+        self.workspace.current.replace_blocks(blocks.labels, "Load blocks", blocks.names)
+        document = self.workspace.current
         share = float((document.labels > 0).mean())
-        self._notes.show_message(f"Loaded: {covered(len(document.counts()), share)}.")
+        self.notes.show_message(f"Loaded: {covered(len(document.counts()), share)}.")
 
     @command("save_blocks", "Save b&locks…", needs=Need.BLOCKS)
     def ask_save_blocks(self) -> None:
         """Write the blocks and their names as label map (PNG), COCO or labelme file."""
         filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
-        proposed = save_folder() / f"{self._workspace.current.name}-blocks.png"
+        proposed = save_folder() / f"{self.workspace.current.name}-blocks.png"
         path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
         if path:
             format = filters.get(chosen, "png")
@@ -157,16 +154,16 @@ class DocumentsFeature(Feature):
         """Write the blocks with their names; return False, with a message, if the file cannot be written."""
         from .load_blocks import colour_file
 
-        document = self._workspace.current
+        document = self.workspace.current
         blocks, image = document.blocks, colour_file(document.frame)
         try:
             check_not_an_input(document.frame, [Path(path)])
             write_blocks(path, blocks.labels, format=format, names=blocks.names, colours=blocks.colours, image=image)
         except IlfError as error:
-            self._notes.report("Save blocks", error)
+            self.notes.report("Save blocks", error)
             return False
         names = "" if path.lower().endswith(".json") else " (without names: use COCO or labelme for these)"
-        self._notes.show_message(f"Saved {counted(len(document.counts()), 'block')} to {path}{names}")
+        self.notes.show_message(f"Saved {counted(len(document.counts()), 'block')} to {path}{names}")
         return True
 
     # closing
@@ -177,7 +174,7 @@ class DocumentsFeature(Feature):
 
         It asks about unsaved work; a saved frame stays in the list.
         """
-        entry = self._workspace.current_entry
+        entry = self.workspace.current_entry
         if entry is not None:
             self._project.close_frame(entry)
 
@@ -185,9 +182,9 @@ class DocumentsFeature(Feature):
 
     def _note_recent(self) -> None:
         """Record newly opened frames, except those of a project or a folder."""
-        open_now = {document.key: document for document in self._workspace.open}
+        open_now = {document.key: document for document in self.workspace.open}
         for key, document in open_now.items():
-            entry = self._workspace.entries.of(document.id)
+            entry = self.workspace.entries.of(document.id)
             brought = entry is not None and (entry.has_state or entry.from_folder)
             if key not in self._noted and not brought and isinstance(document.origin, FrameRef):
                 self.recent.note(document.origin)
@@ -196,7 +193,7 @@ class DocumentsFeature(Feature):
     def _tell_listed(self, how: FrameRef, listing: Listing) -> None:
         self.recent.note(how)
         text = f"{how.name}: {counted(len(listing.sources), 'frame')}."
-        self._notes.show_message(" ".join((text, *listing.notes)))
+        self.notes.show_message(" ".join((text, *listing.notes)))
 
     def open_again(self, origin: Origin) -> None:
         """Open what was opened before."""
@@ -217,16 +214,16 @@ class DocumentsFeature(Feature):
         """Save a picture of the views as PNG, without crosshair and focus; return False, with a message, if the file
         cannot be written."""
         focused = QApplication.focusWidget()
-        self.context.views.point_at(None)
+        self.views.point_at(None)
         if focused is not None:
             focused.clearFocus()
         saved = self.context.centre.picture().save(path, "PNG")
         if focused is not None:
             focused.setFocus()
         if saved:
-            self._notes.show_message(f"Saved {path}")
+            self.notes.show_message(f"Saved {path}")
         else:
-            self._notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
+            self.notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
         return saved
 
     def picture(self) -> QPixmap:
@@ -243,7 +240,7 @@ class DocumentsFeature(Feature):
         again = document.record_replay
         if again is not None:
             unshown = () if again.completion is not None else (_NO_RESULT,)
-            self._notes.warn(f"{document.name}: differences to the run record", (*again.differences, *unshown))
+            self.notes.warn(f"{document.name}: differences to the run record", (*again.differences, *unshown))
 
     def _tell_verdict(self, document: Document) -> None:
         """If the run that has ended is the recorded one, report whether its result equals the record."""
@@ -252,9 +249,9 @@ class DocumentsFeature(Feature):
             return
         verdict = again.verdict(completion)
         if verdict:
-            self._notes.warn(f"{document.name}: the result differs from the run record", verdict)
+            self.notes.warn(f"{document.name}: the result differs from the run record", verdict)
         else:
-            self._notes.show_message(f"{document.name}: the result equals the run record.")
+            self.notes.show_message(f"{document.name}: the result equals the run record.")
 
 
 def _is_recorded_run(document: Document, recorded: Run, completion: Completion) -> bool:

@@ -213,8 +213,8 @@ class ExportFeature(Panel):
         """Offer what can be exported now."""
         if self.busy:
             return
-        workspace, model = self.context.workspace, self.scope.model()
-        self._run, self._completion = present_frame(workspace.current) if workspace.has_current else (None, None)
+        workspace, model = self.workspace, self.scope.model()
+        self._run, self._completion = present_frame(workspace.shown) if workspace.shown is not None else (None, None)
         for number, scope in enumerate(Scope):
             count = len(self._entries(scope))
             name = self._run.frame.name if scope is Scope.THIS and self._run is not None else count
@@ -280,7 +280,7 @@ class ExportFeature(Panel):
         if self._completion is None:
             lacks = "No block has been run in its current state: the input depth is exported."
         else:
-            lacks = behind(self.context.workspace.current)
+            lacks = behind(self.workspace.current)
         return f"Writes {files}.", lacks
 
     def _turn(self) -> None:
@@ -356,7 +356,7 @@ class ExportFeature(Panel):
 
     def start(self, export: Export) -> None:
         """Export in the background; none may be in progress."""
-        workspace, entries = self.context.workspace, self._entries(export.scope)
+        workspace, entries = self.workspace, self._entries(export.scope)
         self._export, self._total, self._done, self._ids = export, 1, [], {}
         parts: list[Iterator[Step]] = []
         if export.from_files:
@@ -429,9 +429,9 @@ class ExportFeature(Panel):
         told = [f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."]
         told += failed[:_MAX_NAMED] if failed or len(done) != 1 else done[0].notes
         self._close("\n".join(told), "warning" if text or failed else "good")
-        self.context.notes.show_message(" ".join(told))
+        self.notes.show_message(" ".join(told))
         if not self.visible:
-            self.context.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
+            self.notes.warn(f"Not exported: {counted(len(failed), 'frame')}", failed)
         if report is not None and self.opens.isChecked():
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(report.absolute())))
 
@@ -442,7 +442,7 @@ class ExportFeature(Panel):
     def fail(self, error: Exception) -> None:
         self._close(error_text(error), "error")
         if not self.visible:
-            self.context.notes.report("Export", error)
+            self.notes.report("Export", error)
 
     def _close(self, text: str, tone: str) -> None:
         """Offer the next export, below what is to be said of this one."""
@@ -467,10 +467,9 @@ class ExportFeature(Panel):
 
     def _entries(self, scope: Scope) -> list[Entry]:
         """Return the frames of a choice."""
-        workspace = self.context.workspace
-        entries = list(workspace.entries)
+        entries = list(self.workspace.entries)
         if scope == Scope.THIS:
-            return [] if workspace.current_entry is None else [workspace.current_entry]
+            return [] if self.workspace.current_entry is None else [self.workspace.current_entry]
         if scope == Scope.SELECTED:
             chosen = {entry.id for entry in self.context.feature(FramesFeature).panel.view.chosen()}
             return [entry for entry in entries if entry.id in chosen]
@@ -479,7 +478,7 @@ class ExportFeature(Panel):
         return [entry for entry in entries if (entry.summary.done if scope == Scope.DONE else entry.summary.has_work)]
 
     def _frames(self, scope: Scope) -> list[FrameToExport]:
-        workspace, store = self.context.workspace, self.context.recorder.store
+        workspace, store = self.workspace, self.context.recorder.store
         if scope == Scope.THIS:
             return [frame_as_shown(workspace.current)]
         return frames_to_export(self._entries(scope), store, workspace.parameters)

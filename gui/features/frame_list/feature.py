@@ -126,7 +126,7 @@ class FramesFeature(Panel):
         self._show_list()
 
     def _show_list(self) -> None:
-        self.panel.show_entries(list(self.context.workspace.entries), self._present())
+        self.panel.show_entries(list(self.workspace.entries), self._present())
 
     def show_played(self, entry: Entry | None) -> None:
         """Mark the frame shown by playing as the current one; None once an open one is shown again."""
@@ -134,7 +134,7 @@ class FramesFeature(Panel):
         self._show_list()
 
     def _present(self) -> Entry | None:
-        return self._played or self.context.workspace.current_entry
+        return self._played or self.workspace.current_entry
 
     def _forget_wanted(self) -> None:
         if self._present() is not self._left:  # else this tells of the turn before
@@ -173,11 +173,11 @@ class FramesFeature(Panel):
         if entry is None:
             return
         done = not entry.summary.done
-        self.context.workspace.set_done(entry, done)
+        self.workspace.set_done(entry, done)
         if not done:
-            self.context.notes.show_message(f"{entry.name} is no longer marked as done.")
-        elif len(self.context.workspace.entries) == 1:
-            self.context.notes.show_message(f"{entry.name} is marked as done.")
+            self.notes.show_message(f"{entry.name} is no longer marked as done.")
+        elif len(self.workspace.entries) == 1:
+            self.notes.show_message(f"{entry.name} is marked as done.")
         else:
             self._go_to_next(lambda other: not other.summary.done, "All frames shown in the list are done.")
 
@@ -186,7 +186,7 @@ class FramesFeature(Panel):
         shown, row = self.shown()
         entry = next((entry for entry in (*shown[row + 1 :], *shown[: row + 1]) if wanted(entry)), None)
         if entry is None:
-            self.context.notes.show_message(none_left)
+            self.notes.show_message(none_left)
         else:
             self._go_to(entry)
 
@@ -220,10 +220,10 @@ class FramesFeature(Panel):
         row = self.panel.model.row_of(entries[0])
 
         def remove() -> None:
-            self.context.workspace.remove_entries(entries)
+            self.workspace.remove_entries(entries)
             self._show_list()
             shown = self.panel.model.entries
-            if shown and not self.context.workspace.has_current:
+            if shown and self.workspace.shown is None:
                 self._go_to(shown[min(max(row, 0), len(shown) - 1)])
 
         self.context.feature(ProjectFeature).ask_remove(entries, remove)

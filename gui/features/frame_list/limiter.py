@@ -31,7 +31,7 @@ class OpenFrameLimiter(QObject):
         """Note which frame is shown, and forget closed ones. Close surplus frames after another one is shown, and after
         work on frames that were never shown, such as propagation through a list."""
         documents, before = self._workspace.open, self._recently_shown
-        present = [self._workspace.current] if self._workspace.has_current else []
+        present = [self._workspace.current] if self._workspace.shown is not None else []
         self._recently_shown = [*(one for one in before if one in documents and one not in present), *present]
         if before[-1:] != present or len(documents) > max(self.max_open, len(self._recently_shown)):
             self.close_surplus()
@@ -58,7 +58,7 @@ class OpenFrameLimiter(QObject):
         idle = [
             document
             for document in (*never, *self._recently_shown)
-            if document in documents and not self._workspace.is_shown(document) and not self.is_busy(document)
+            if document in documents and document is not self._workspace.shown and not self.is_busy(document)
         ]
         return idle[: max(len(documents) - self.max_open, 0)]
 

@@ -79,7 +79,6 @@ class InspectPanel(Panel):
         context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
 
     def make(self) -> QWidget:
-        context = self.context
         self.pages = QTabWidget(documentMode=True)
         self.pages.setAccessibleName("Inspection")
         self.profile = ProfilePage(self._buttons("tool_profile", "save_profile", "save_profile_picture"))
@@ -89,9 +88,9 @@ class InspectPanel(Panel):
         self.pages.addTab(self._measurements_page(), "Measurements")
         self.pages.setMinimumSize(240, 120)
         self.pages.currentChanged.connect(lambda _: self.redraw())
-        context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
-        context.views.cursorMoved.connect(self._hover)
-        context.refresh.add("profile place", self._follow, NO_PART)
+        self.context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
+        self.views.cursorMoved.connect(self._hover)
+        self.context.refresh.add("profile place", self._follow, NO_PART)
         return self.pages
 
     def _buttons(self, *commands: str) -> list[QToolButton]:
@@ -122,8 +121,7 @@ class InspectPanel(Panel):
         )
 
     def refresh(self, parts: Part) -> None:
-        workspace = self.context.workspace
-        document = workspace.current if workspace.has_current else None
+        document = self.workspace.shown
         if parts & (Part.FRAME | Part.REGION):
             self.subject.setCurrentIndex(int(self._looked.region is not None))
         if parts & Part.FRAME:
@@ -149,18 +147,17 @@ class InspectPanel(Panel):
 
     def _depth(self, document: Document) -> NDArray[np.float32] | None:
         """Return completed depth as the views show it: the current one, or that of the iteration being viewed."""
-        viewed_iteration = self.context.workspace.viewed_iteration
+        viewed_iteration = self.workspace.viewed_iteration
         return document.current_depth() if viewed_iteration is None else viewed_iteration.depth
 
     def _iteration_note(self) -> str:
         """Describe the iteration being viewed; "" for the current result."""
-        viewed_iteration = self.context.workspace.viewed_iteration
+        viewed_iteration = self.workspace.viewed_iteration
         return "" if viewed_iteration is None else f"The result is {viewed_iteration.text}."
 
     @property
     def _looked(self) -> InspectionState:
-        workspace = self.context.workspace
-        return workspace.current.state.looked if workspace.has_current else InspectionState()
+        return self.workspace.shown.state.looked if self.workspace.shown is not None else InspectionState()
 
     # marks over the views, while the panel is open or their tool is selected
 
@@ -179,7 +176,7 @@ class InspectPanel(Panel):
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)
     def _remove_marks(self) -> None:
         """Remove the profile line and the rectangle."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         document.look(Part.MARKS, line=None)
         document.look(Part.REGION, region=None)
 
@@ -190,7 +187,7 @@ class InspectPanel(Panel):
         if document is None or line is None:
             self.profile.show_hint(_NO_LINE)
         else:
-            data = profile_data(document, line, self.context.workspace.viewed_iteration)
+            data = profile_data(document, line, self.workspace.viewed_iteration)
             self.profile.show_data(data)
             if data.error is None:
                 self.context.refresh.mark("error")
@@ -212,7 +209,7 @@ class InspectPanel(Panel):
         sample = None
         if self._pixel is not None:
             at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
-            if off_line(at, *line) <= REACH * self.context.views.pixel_size:
+            if off_line(at, *line) <= REACH * self.views.pixel_size:
                 sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
         self.profile.point_at(sample)
         self._point(sample)
@@ -230,7 +227,7 @@ class InspectPanel(Panel):
         """Write the depth along the profile line as CSV."""
         path, data = self._ask_path("Save profile as table", ".csv", "Table (*.csv)"), self.profile.data
         if path and data is not None:
-            save(self.context.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
+            save(self.notes, path, lambda: write_bytes(path, data.profile.to_csv().encode()))
 
     @command("save_profile_picture", "Save profile as p&icture…", icon="ph.image", needs=Need.FRAME)
     def _save_picture(self) -> None:
@@ -238,15 +235,15 @@ class InspectPanel(Panel):
         path = self._ask_path("Save profile as picture", ".png", "PNG picture (*.png);;SVG picture (*.svg)")
         if path:
             content = self.profile.plot.picture(as_svg=path.lower().endswith(".svg"))
-            save(self.context.notes, path, lambda: write_bytes(path, content))
+            save(self.notes, path, lambda: write_bytes(path, content))
 
     def _ask_path(self, title: str, suffix: str, kinds: str) -> str:
         self.reveal_page(PROFILE)
         self.context.refresh.now()
         if self.profile.data is None:
-            self.context.notes.show_message("There is no profile to write. Draw a profile line first.")
+            self.notes.show_message("There is no profile to write. Draw a profile line first.")
             return ""
-        name = f"{self.context.workspace.current.name}-profile{suffix}"
+        name = f"{self.workspace.current.name}-profile{suffix}"
         return ask_path(self.context.window, title, name, kinds)
 
     # statistics
@@ -277,7 +274,7 @@ class InspectPanel(Panel):
             mask[region] = True
             size = f"{columns.stop - columns.start} × {rows.stop - rows.start} px"
             return mask, f"{size} at x {columns.start}, y {rows.start}"
-        chosen = self.context.workspace.chosen
+        chosen = self.workspace.chosen
         if of_region or chosen not in document.counts():
             return None, ""
         return document.labels == chosen, " and ".join(document.info(label).name for label in document.selected[:2])
@@ -292,19 +289,19 @@ class InspectPanel(Panel):
         """Copy the statistics as a tab-separated table."""
         if not self.made or not self.statistics.numbers:
             self.reveal_page(STATISTICS)
-            self.context.notes.show_message(f"There are no statistics. {_NO_SUBJECT}")
+            self.notes.show_message(f"There are no statistics. {_NO_SUBJECT}")
             return
         QApplication.clipboard().setText(self.statistics.text())
-        self.context.notes.show_message("Statistics copied.")
+        self.notes.show_message("Statistics copied.")
 
     # measurements
 
     def _measured(self) -> list[tuple[Line, Measured]]:
         """Return all measurements with their points, in the depth that the views show; none without intrinsics."""
         lines = self._looked.measurements
-        if not lines or self.context.workspace.current.frame.intrinsics is None:
+        if not lines or self.workspace.current.frame.intrinsics is None:
             return []
-        document = self.context.workspace.current
+        document = self.workspace.current
         depth = self._depth(document)
         values = document.frame.depth if depth is None else depth
         return [(line, measure(values, line, document.frame.intrinsics)) for line in lines]
@@ -324,7 +321,7 @@ class InspectPanel(Panel):
         """Return the measurements as CSV; "" with a message if there are none."""
         measured = self._measured()
         if not measured:
-            self.context.notes.show_message(f"There are no measurements. {_NO_MEASUREMENTS}")
+            self.notes.show_message(f"There are no measurements. {_NO_MEASUREMENTS}")
             return ""
         return measurements_csv([line for line, _ in measured], [found for _, found in measured])
 
@@ -335,17 +332,17 @@ class InspectPanel(Panel):
         if table:
             QApplication.clipboard().setText(table.replace(",", "\t"))
             count = counted(len(self._looked.measurements), "measurement")
-            self.context.notes.show_message(f"Copied {count}.")
+            self.notes.show_message(f"Copied {count}.")
 
     @command("save_measurements", "Save m&easurements…", icon="ph.floppy-disk", needs=Need.FRAME)
     def _save_measurements(self) -> None:
         """Write the measurements as CSV."""
         table = self._table()
         if table:
-            name = f"{self.context.workspace.current.name}-measurements.csv"
+            name = f"{self.workspace.current.name}-measurements.csv"
             path = ask_path(self.context.window, "Save measurements", name, "Table (*.csv)")
             if path:
-                save(self.context.notes, path, lambda: write_bytes(path, table.encode()))
+                save(self.notes, path, lambda: write_bytes(path, table.encode()))
 
     @command("delete_measurements", "&Delete measurements", icon="ph.trash", needs=Need.FRAME)
     def _delete_measurements(self) -> None:
@@ -355,23 +352,23 @@ class InspectPanel(Panel):
         """
         lines, chosen = self._looked.measurements, self.measurements.chosen() if self.made else []
         if not lines:
-            self.context.notes.show_message("There are no measurements to delete.")
+            self.notes.show_message("There are no measurements to delete.")
             return
-        self._deleted[self.context.workspace.current] = lines
+        self._deleted[self.workspace.current] = lines
         left = [line for number, line in enumerate(lines) if chosen and number not in chosen]
-        self.context.workspace.current.set_measurements(left)
+        self.workspace.current.set_measurements(left)
         text = f"Deleted {counted(len(lines) - len(left), 'measurement')}."
-        self.context.notes.offer(text, self.context.actions["restore_measurements"])
+        self.notes.offer(text, self.context.actions["restore_measurements"])
 
     @command("restore_measurements", "Restore measurements", needs=Need.FRAME)
     def _restore_measurements(self) -> None:
         """Restore the measurements that were deleted last."""
-        before = self._deleted.pop(self.context.workspace.current, None)
+        before = self._deleted.pop(self.workspace.current, None)
         if before is None:
-            self.context.notes.show_message("No measurements of this frame have been deleted.")
+            self.notes.show_message("No measurements of this frame have been deleted.")
             return
         later = (one for one in self._looked.measurements if one not in before)
-        self.context.workspace.current.set_measurements([*before, *later])
+        self.workspace.current.set_measurements([*before, *later])
 
 
 def _distance(measured: Measured) -> str:

@@ -64,7 +64,7 @@ class AutosaveFeature(Feature):
 
     def _tell_failure(self, error: Exception) -> None:
         if self.label.isHidden():
-            self.context.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
+            self.notes.warn("Not autosaved", [error_text(error), MEANING], error_details(error))
         self.label.show_message("Not autosaved", "warning")
         self.label.show()
         self.label.setToolTip(f"<p>{html.escape(str(error))}</p><p>{MEANING}</p>")
@@ -73,4 +73,4 @@ class AutosaveFeature(Feature):
     def _tell_kept(self) -> None:
         if not self.label.isHidden():
             self.label.hide()
-            self.context.notes.show_message("The autosave works again: all work is stored.")
+            self.notes.show_message("The autosave works again: all work is stored.")

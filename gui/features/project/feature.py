@@ -114,16 +114,15 @@ class ProjectFeature(Feature):
     def close_frame(self, entry: Entry) -> Steps[None]:
         """Close a frame, after asking about unsaved work; if the project file contains it, it stays in the list in
         that state."""
-        workspace = self.context.workspace
         if not (yield from self.left("the frame is closed", entry)):
             return
         if self.present.saved_summary(entry) is not None:
             yield partial(self.context.recorder.revert, [entry.id])
         summary = self.present.saved_summary(entry)
         if entry.document is None or summary is None:
-            workspace.remove_entries([entry])
+            self.workspace.remove_entries([entry])
             return
-        workspace.unload(entry.document)
+        self.workspace.unload(entry.document)
         entry.set_unsaved(False)
         entry.set_summary(summary)
 
@@ -155,15 +154,14 @@ class ProjectFeature(Feature):
         if self.discard_silently:
             return True
         yield self.saving.when_done
-        context = self.context
-        entries = [*context.workspace.entries] if only is None else [only]
+        entries = [*self.workspace.entries] if only is None else [only]
         documents = {entry.document for entry in entries}
         rows = {entry.id: (entry.name, work) for entry in entries if (work := self._work_on(entry))}
         if only is None and (words := self.present.words()):
             rows[""] = "The project itself", words
         others = [
             f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and what it has not finished is lost."
-            for way in context.pending_work()
+            for way in self.context.pending_work()
             if (only is None if way.about is None else way.about in documents)
         ]
         if not (rows or others):
@@ -171,7 +169,7 @@ class ProjectFeature(Feature):
         if self.question is not None:
             self.question.raise_()
             return False
-        self.question = CloseDialog(what, rows, others, context.runs, self._saved, context.window)
+        self.question = CloseDialog(what, rows, others, self.context.runs, self._saved, self.context.window)
         may: bool = yield self.question.ask
         self.question = None
         return may
@@ -225,7 +223,7 @@ class ProjectFeature(Feature):
         present, window = self.present, self.context.window
         path, embed = present.path, None
         if present.read_only and not elsewhere:
-            self.context.notes.show_message(present.read_only)
+            self.notes.show_message(present.read_only)
         elif path is not None and not elsewhere and present.changed_on_disk():
             text = f"Another window or program has changed, moved or deleted {path.name}."
             more = "The project as it is in this window takes the place of whatever is there now."
@@ -251,7 +249,7 @@ class ProjectFeature(Feature):
 
     def _asked_path(self) -> Path | None:
         """Return the file that the user chooses for the project; None for none."""
-        first = next(iter(self.context.workspace.entries), None)
+        first = next(iter(self.workspace.entries), None)
         name = self.present.name or ("project" if first is None else first.name)
         proposed = self.present.path or Path(last_folder(_FOLDER_KEY), f"{as_file_name(name)}{PROJECT_SUFFIX}")
         path = ask_path(self.context.window, "Save project as", str(proposed), _FILES)
@@ -265,8 +263,8 @@ class ProjectFeature(Feature):
     def _note_opened(self, opened: OpenedProject) -> None:
         note_opened(opened.path)
         count = len(opened.project.frames)
-        self.context.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
-        self.context.notes.warn(
+        self.notes.show_message(f"Opened {opened.path.name}: {counted(count, 'frame')}.")
+        self.notes.warn(
             f"Opened {opened.path.name}", [text for text in (*opened.problems, self.present.read_only) if text]
         )
 
@@ -278,20 +276,20 @@ class ProjectFeature(Feature):
     def _note_saved(self, path: Path, problems: Sequence[str]) -> None:
         note_opened(path)
         self.opening.note_saved(path)
-        count, size = len(self.context.workspace.entries), path.stat().st_size / 1e6
+        count, size = len(self.workspace.entries), path.stat().st_size / 1e6
         actions = self.context.actions
         actions.refresh()
-        self.context.notes.offer(
+        self.notes.offer(
             f"Saved {counted(count, 'frame')} to {path} ({size:.1f} MB).",
             actions["show_project"],
             actions["save_project_as"],
         )
-        self.context.notes.warn("Saved, but not everything as requested", problems)
+        self.notes.warn("Saved, but not everything as requested", problems)
 
     def _show_title(self) -> None:
-        workspace, window = self.context.workspace, self.context.window
+        workspace, window = self.workspace, self.context.window
         names = [self.present.name]
-        if workspace.has_current:
+        if workspace.shown is not None:
             view = " (depth camera's view)" if workspace.current.frame.brought is not None else ""
             names.append(f"{workspace.current.name}{view}")
         name = " — ".join(filter(None, names))

@@ -52,7 +52,7 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception) -> Steps[N
             context.loader.open_new(source, f"{entry.name} (anew)")
         elif answer and isinstance(error, MissingSource):
             problem = yield from _found(context, entry, error.wanted, answer == _FOLDER)
-        elif not context.workspace.has_current:
+        elif context.workspace.shown is None:
             context.panels.reveal("Frames")
 
 

@@ -47,7 +47,6 @@ class Opening(QObject):
     def __init__(self, context: Context, left: Callable[[str], Steps[bool]]) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = context.recorder.present
         self.left = left
         self._folder: Path | None = None
         """The folder whose project the current one is."""
@@ -64,7 +63,7 @@ class Opening(QObject):
     def open_folder(self, how: FrameRef) -> Steps[None]:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         context, folder = self._context, Path(how.rgb)
-        if not context.panels.persistent or len(context.workspace.entries) or self._present.path is not None:
+        if not context.panels.persistent or len(context.workspace.entries) or context.recorder.present.path is not None:
             context.loader.open_folder(how)
             return
         home = Path(str(QSettings().value(_key(folder), "")))
@@ -97,7 +96,7 @@ class Opening(QObject):
     def detach(self) -> None:
         """Make the frames those of a project without a file."""
         self._folder = None
-        self._present.take(None)
+        self._context.recorder.present.take(None)
         self._context.recorder.note_project()
 
     def is_foreign(self, place: Path) -> bool:
@@ -132,7 +131,7 @@ class Opening(QObject):
         read_only : str
             Why the file must not be replaced; "" if it may be.
         """
-        present = self._present
+        present = self._context.recorder.present
         self._context.recorder.store.set_project(None if opened is None else opened.parts, places)
         apply_settings(self._context.workspace, project)
         entries = []
@@ -175,15 +174,15 @@ class Opening(QObject):
         """Start the folder's own project for its listed frames, without a question."""
         if self._folder != Path(how.rgb):
             return
-        if self._present.path is not None:
-            self._present.mark_listed()
+        if self._context.recorder.present.path is not None:
+            self._context.recorder.present.mark_listed()
             return
         beside = _beside(self._folder)
         if beside.exists():
             text = f"{beside} may be a project of this folder: open it to continue the work in it."
             self._context.notes.show_message(text)
         elif all(os.access(place, os.W_OK) for place in (self._folder, self._folder.parent)):
-            self._present.take(beside)
+            self._context.recorder.present.take(beside)
 
 
 def _beside(folder: Path) -> Path:

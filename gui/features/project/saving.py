@@ -42,7 +42,6 @@ class Saving(QObject):
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._context = context
-        self._present = context.recorder.present
         self._afterwards: list[Callable[[], None]] = []
         self._writer = LatestRequest(self, must_finish=True)
         self.busy = False
@@ -109,7 +108,7 @@ class Saving(QObject):
             if has_content(document):
                 recorder.keep(document)
         closed = {entry: entry.changes for entry in wanted if entry.document is None}
-        project = self._present.snapshot(views_state(self._context.views), only)
+        project = recorder.present.snapshot(views_state(self._context.views), only)
         archive = recorder.store.project
         yield recorder.flush
         if recorder.store.project is not archive:
@@ -156,5 +155,5 @@ class Saving(QObject):
         for document, stamp in stamps.items():
             if document in workspace.open:
                 document.note_saved(stamp)
-        self._present.take(opened.path, opened.project)
+        self._context.recorder.present.take(opened.path, opened.project)
         self._context.recorder.note_project()

@@ -110,7 +110,7 @@ class RunsPanel(Panel):
 
     def refresh(self, parts: Part) -> None:
         """Show a row per run, and measure those without errors."""
-        document = self.context.workspace.current if self.context.workspace.has_current else None
+        document = self.workspace.shown
         self.view.show_runs(document)
         if document is not None and not self.busy and self.context.runs.state in (RunState.IDLE, RunState.PAUSED):
             self._measure(document)
@@ -155,31 +155,31 @@ class RunsPanel(Panel):
 
         They replace those that are compared; the same ones are compared no more.
         """
-        document = self.context.workspace.current
+        document = self.workspace.current
         chosen = self.selected()[:MAX_COMPARED]
         same = len(chosen) == len(document.compared) and all(run in document.compared for run in chosen)
         self._compare([] if same else chosen)
 
     def _compare(self, runs: list[StoredRun]) -> None:
         """Compare these runs with the current result, and tell how they are seen."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         document.compare_runs(runs)
         if runs:
             title = title_of(runs[0].name, document, runs[0].run)
             what = f"{title} is" if len(runs) == 1 else f"{len(runs)} runs are"
             text = f"{what} compared with the current result: hold V to show it."
-            self.context.notes.offer(text, self.context.actions["compare_two"])
+            self.notes.offer(text, self.context.actions["compare_two"])
 
     @command("restore_run", "Restore &parameters", icon="ph.arrow-u-up-left", needs=Need.RUNS, why_off=_why_not_one)
     def restore(self) -> None:
         """Set the parameters of the selected run, common and per-block ones; results stay as they are."""
         (stored,) = self.selected()
-        if self.context.workspace.parameters.restore(stored):
-            left = len(self.context.workspace.current.changed_blocks())
+        if self.workspace.parameters.restore(stored):
+            left = len(self.workspace.current.changed_blocks())
             more = f" {counted(left, 'block')} must be run with them (F5)." if left else ""
-            self.context.notes.show_message(f"Parameters of {stored.name} restored.{more}")
+            self.notes.show_message(f"Parameters of {stored.name} restored.{more}")
         else:
-            self.context.notes.show_message(f"The parameters equal those of {stored.name} already.")
+            self.notes.show_message(f"The parameters equal those of {stored.name} already.")
 
     @command(
         "accept_run",
@@ -192,49 +192,47 @@ class RunsPanel(Panel):
     def accept(self) -> None:
         """Use the results and parameters of the selected run for all blocks that are unchanged since."""
         (stored,) = self.selected()
-        taken, count = len(self.context.workspace.accept_run(stored)), len(stored.results)
+        taken, count = len(self.workspace.accept_run(stored)), len(stored.results)
         if not taken:
             text = f"{stored.name} cannot be accepted: the pixels or known depth of all its blocks have changed since."
         elif taken < count:
             text = f"{stored.name} is the result now, except {count - taken} of {count} blocks that have changed since."
         else:
             text = f"{stored.name} is the result now."
-        self.context.notes.show_message(text)
+        self.notes.show_message(text)
 
     @command("delete_runs", "&Delete runs", icon="ph.trash", needs=Need.RUNS, why_off=_why_none_selected)
     def delete(self) -> None:
         """Delete the selected runs (Del in the list)."""
         if chosen := self.selected():
-            self.context.workspace.current.delete_runs(chosen)
+            self.workspace.current.delete_runs(chosen)
 
     @command("clear_runs", "Clear ru&ns", icon="ph.backspace", needs=Need.RUNS)
     def clear(self) -> None:
         """Delete all runs of the frame."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         document.delete_runs(list(document.state.runs))
 
     @command("export_runs", "Export runs as CS&V…", icon="ph.export", needs=Need.RUNS)
     def ask_export(self) -> None:
         """Write the list of runs, with all parameters, as CSV."""
-        name = f"{self.context.workspace.current.name}-runs.csv"
+        name = f"{self.workspace.current.name}-runs.csv"
         if path := ask_path(self.context.window, "Export runs", name, "Table (*.csv)"):
             self.export(path)
 
     def export(self, path: str) -> None:
         """Write the list of runs, as it is now, as CSV once its errors are computed."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         write = partial(write_runs, path, document, document.state.runs)
-        self._measure(document, True, lambda: save(self.context.notes, path, write))
+        self._measure(document, True, lambda: save(self.notes, path, write))
 
     # the selection
 
     def selected(self) -> list[StoredRun]:
         """Return the selected runs of the current frame in table order; a hidden table may show another frame."""
-        workspace = self.context.workspace
-        if not self.made or not workspace.has_current:
+        if not self.made or self.workspace.shown is None:
             return []
-        there = workspace.current.state.runs
-        return [stored for stored in self.view.chosen() if stored in there]
+        return [stored for stored in self.view.chosen() if stored in self.workspace.shown.state.runs]
 
     def _edit_cell(self, column: RunColumn) -> None:
         """Edit the name or the note of the selected run in the table."""
@@ -244,7 +242,7 @@ class RunsPanel(Panel):
 
     def _edit(self, stored: StoredRun, column: int, value: Any) -> None:
         """Take what the user has edited in the table: the history changes, then the row."""
-        document = self.context.workspace.current
+        document = self.workspace.current
         if column == RunColumn.COMPARED:
             others = [one for one in document.compared if one is not stored]
             self._compare([*others, stored] if value else others)

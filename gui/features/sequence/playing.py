@@ -247,7 +247,7 @@ class PlayFeature(Feature):
 
     def _listen(self) -> None:
         """Follow the frames and what the user does elsewhere."""
-        context, entries = self.context, self.context.workspace.entries
+        context, entries = self.context, self.workspace.entries
         context.views.pressed.connect(lambda: self._on.setChecked(False))
         context.refresh.add("opened frame", self._follow, Part.FRAME)
         context.refresh.add("played", self._settle, Part.FRAME | Part.LIST | Part.LOADING)
@@ -285,13 +285,13 @@ class PlayFeature(Feature):
 
         recorder, self.playback.recorder = self.playback.recorder, None
         if recorder is not None and (count := recorder.close()):
-            self.context.notes.show_message(f"{counted(count, 'frame')} recorded: {recorder.path}")
+            self.notes.show_message(f"{counted(count, 'frame')} recorded: {recorder.path}")
         kinds = "ROS 2 recording (*.mcap);;Folder (*)"
         if path := ask_path(self.context.window, "Record", "recording.mcap", kinds) if on else "":
             try:
                 self.playback.recorder = MomentRecorder(path)
             except IlfError as error:
-                self.context.notes.report("Record", error)
+                self.notes.report("Record", error)
         self.context.actions["play_recorded"].setChecked(self.playback.recorder is not None)
 
     @command("play_recording", "&Recording…", needs=Need.NOT_PLAYING)
@@ -357,14 +357,14 @@ class PlayFeature(Feature):
 
     def _begin(self) -> None:
         """Close the current frame as on going to another one, and play."""
-        workspace, playback = self.context.workspace, self.playback
+        workspace, playback = self.workspace, self.playback
         frames = self._from_list() if self._live is None else self._from_source(*self._live)
         parameters, count = workspace.parameters.current, len(self._entries)
         self._job = lambda: play(frames(), playback, parameters, count)
-        self.shown, self._left = None, workspace.current if workspace.has_current else None
+        self.shown, self._left = None, workspace.shown
         self._clock.clear()
         self.context.centre.show_images()
-        self.context.views.keep_pictures(True)
+        self.views.keep_pictures(True)
         workspace.show(None)
         self._status.show_playing("Reading the first frame\N{HORIZONTAL ELLIPSIS}")
         self.context.actions.refresh()
@@ -408,9 +408,9 @@ class PlayFeature(Feature):
         if self._live is not None:
             self.context.actions["play_completed"].setChecked(self._completed)
         self._live = None
-        if self.context.workspace.has_current:
+        if self.workspace.shown is not None:
             return
-        self._opening, self._place = True, self.context.views.place
+        self._opening, self._place = True, self.views.place
         if self.shown is not None:
             self._open(self.shown)
         self.context.refresh.mark("played")
@@ -419,7 +419,7 @@ class PlayFeature(Feature):
     def _open(self, shown: PlayedFrame) -> None:
         """Open a frame that was played, if it is still there; that of a camera is first written into a folder."""
         if self._entries:
-            if (entry := self._entries[shown.row]) in self.context.workspace.entries:
+            if (entry := self._entries[shown.row]) in self.workspace.entries:
                 self._frames.open(entry)
         elif shown.moment.frame.inputs is not None:
             self.context.feature(DocumentsFeature).open_source(FrameRef.of(shown.moment.frame.inputs))
@@ -430,7 +430,7 @@ class PlayFeature(Feature):
         """Write a frame of a camera into a folder and open it, unless the user cancels."""
 
         def fail(error: Exception) -> None:
-            self.context.notes.report("Not saved", error)
+            self.notes.report("Not saved", error)
             self._ask_folder(frame)
 
         if path := ask_path(self.context.window, "Folder for the frame shown", "frame", "Folder (*)"):
@@ -440,7 +440,7 @@ class PlayFeature(Feature):
 
     def _follow(self) -> None:
         """End playing once a frame is open: the one that was shown, or another one that was chosen."""
-        if self.context.workspace.has_current:
+        if self.workspace.shown is not None:
             self._place = self._place if self._opening else None
             self.shown, self._left, self._opening = None, None, False
             self._on.setChecked(False)
@@ -449,31 +449,31 @@ class PlayFeature(Feature):
     def _settle(self) -> None:
         """End playing if a frame was removed. Once a frame is open, show the place that was shown by playing; if the
         one shown could not be opened, show the former one."""
-        workspace, place = self.context.workspace, self._place
+        workspace, place = self.workspace, self._place
         if self.playing and not all(entry in workspace.entries for entry in self._entries):
             self._on.setChecked(False)
-        elif place is not None and workspace.has_current:
+        elif place is not None and workspace.shown is not None:
             self._place = None
-            self.context.views.set_place(*place)
-        elif self._opening and not workspace.has_current and not (self.context.loader.busy or self._saver.busy):
+            self.views.set_place(*place)
+        elif self._opening and workspace.shown is None and not (self.context.loader.busy or self._saver.busy):
             self.shown, self._opening = None, False
             self._frames.show_played(None)
             if self._left in workspace.open:
                 workspace.show(self._left)
             else:
-                self.context.views.keep_pictures(False)
+                self.views.keep_pictures(False)
 
     def _take(self, played: list[PlayedFrame]) -> None:
         """Show the frame that is due, while the next one is being read."""
         if not self.playing:
             return
-        self.playback.flickers = self.context.views.shows("before")
+        self.playback.flickers = self.views.shows("before")
         self.worker.order(Order.STEP)
         former, self.shown = self.shown, played[-1]
         shown, moment = self.shown, self.shown.moment
         if former is not None and shown.completing.scenes > max(former.completing.scenes, 1):
-            self.context.views.ranges.reset_for_frame()
-        self.context.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
+            self.views.ranges.reset_for_frame()
+        self.views.show_played(moment.frame, moment.depth, moment.text, shown.before)
         self._frames.show_played(self._entries[shown.row] if self._entries else None)
         self._clock.append(time.monotonic())
         self._status.show_playing(self._text(shown))
@@ -491,7 +491,7 @@ class PlayFeature(Feature):
         return f"{shown.moment.name}{place}: {', '.join(parts)}"
 
     def _fail(self, error: Exception) -> None:
-        self.context.notes.report("Play", error)
+        self.notes.report("Play", error)
         self._on.setChecked(False)
 
     def shutdown(self) -> None:

@@ -76,7 +76,7 @@ class SweepFeature(Panel):
         context.refresh.add("frame of the sweep", self._follow_frames, Part.LIST)
 
     def make(self) -> QWidget:
-        self._workspace, self._filter = self.context.workspace, self.context.feature(FilterPanel)
+        self._filter = self.context.feature(FilterPanel)
         self.found: SweepState | None = None
         self._icons: dict[int, QIcon] = {}
         """Pictures by the number of their points, as long as `_coloured` is the same."""
@@ -162,7 +162,7 @@ class SweepFeature(Panel):
         menu = QMenu(self.context.window)
         action = menu.addAction(f"Sweep {declaration.label}…")
         action.setToolTip("Test many values and find the best")
-        action.setEnabled(can_be_swept(declaration) and self._workspace.has_current)
+        action.setEnabled(can_be_swept(declaration) and self.workspace.shown is not None)
         action.triggered.connect(lambda _=False: self.open(name))
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
@@ -172,9 +172,9 @@ class SweepFeature(Panel):
 
     def _sweep(self) -> Sweep | None:
         """The sweep of the settings; None if there is none, which is told."""
-        workspace, variation = self._workspace, {box.declaration.name: box for box in self._boxes()}
+        workspace, variation = self.workspace, {box.declaration.name: box for box in self._boxes()}
         try:
-            if not workspace.has_current:
+            if workspace.shown is None:
                 raise InputError("Open a frame first.")
             if len(variation) < len(self._boxes()):
                 raise InputError("Select two different parameters, or switch the second one off.")
@@ -191,12 +191,11 @@ class SweepFeature(Panel):
 
     def _show_frame(self) -> None:
         """Show the current values of the frame or its selected block, and what can be swept."""
-        workspace = self._workspace
-        if not workspace.has_current:
+        if self.workspace.shown is None:
             return
-        document, chosen = workspace.current, workspace.chosen
+        document, chosen = self.workspace.current, self.workspace.chosen
         for_selected = bool(chosen) and self.criterion.for_selected
-        parameters = document.parameters_of(chosen) if for_selected else workspace.parameters.current
+        parameters = document.parameters_of(chosen) if for_selected else self.workspace.parameters.current
         self.first.set_parameters(parameters)
         self.second.set_parameters(parameters)
         self.criterion.set_frame(document.frame.ground_truth is not None, document.info(chosen).name if chosen else "")
@@ -222,7 +221,7 @@ class SweepFeature(Panel):
         sweep = None if self.busy else self._sweep()
         if sweep is None:
             return
-        document = self._workspace.current
+        document = self.workspace.current
         self.found = found = SweepState(document, sweep)
         self._lay_out(found)
         self.requests.ask(
@@ -238,7 +237,7 @@ class SweepFeature(Panel):
 
     def apply(self, number: int | None) -> None:
         """Apply the values of a point to all blocks, or to the only block swept."""
-        found, workspace = self.found, self._workspace
+        found, workspace = self.found, self.workspace
         if found is None or number is None:
             return
         workspace.show(found.document)
@@ -249,9 +248,9 @@ class SweepFeature(Panel):
         where = found.document.info(found.label).name if found.label else "all blocks"
         text = f"{found.text_of(number)} applied to {where}."
         if found.document.changed_blocks() and self.context.runs.state is RunState.IDLE:
-            self.context.notes.offer(text, self.context.actions["run"])
+            self.notes.offer(text, self.context.actions["run"])
         else:
-            self.context.notes.show_message(text)
+            self.notes.show_message(text)
 
     def _take(self, add: Callable[[Any], None], what: object) -> None:
         """Add a point to the results, or all of them in the end."""
@@ -270,7 +269,7 @@ class SweepFeature(Panel):
 
     def _follow_frames(self) -> None:
         """Stop the sweep of a frame that was closed, and clear its results."""
-        if self.found is None or self.found.document in self._workspace.open:
+        if self.found is None or self.found.document in self.workspace.open:
             return
         self.requests.cancel()
         self.found = None
@@ -313,7 +312,7 @@ class SweepFeature(Panel):
         if found is None:
             return
         differences = self.content.currentIndex() == _DIFFERENCE
-        colours = differences, self.context.views.data.depth_map, theme.is_dark(self.widget.palette())
+        colours = differences, self.views.data.depth_map, theme.is_dark(self.widget.palette())
         pictures, (table, levels) = found.pictures(*colours)
         if (coloured := (*colours, levels)) != self._coloured:
             self._icons.clear()
@@ -357,8 +356,7 @@ class SweepFeature(Panel):
             return QIcon(blank)
         if number not in self._icons:
             image = rgb_image(table[to_indices(pictures[number], *levels)][..., :3])
-            smooth = Qt.TransformationMode.SmoothTransformation
-            image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, smooth)
+            image = image.scaled(size, Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation)
             self._icons[number] = QIcon(QPixmap.fromImage(image))
         return self._icons[number]
 

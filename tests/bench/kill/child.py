@@ -70,7 +70,7 @@ class RandomUser:
             self._go_on_with_stroke()
         elif self.unopened and (not self.workspace.open or self.chance.random() < 0.05):
             self.window.loader.open(FrameRef(self.unopened.pop()))
-        elif not self.workspace.has_current or not self.workspace.current.counts():
+        elif self.workspace.shown is None or not self.workspace.current.counts():
             return
         elif self.end is not None and not self.left:
             self.report()

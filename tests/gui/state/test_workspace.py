@@ -69,8 +69,8 @@ def test_an_expected_error_is_that_of_the_present_completion(workspace, document
 
 def test_opening_showing_and_closing_frames(workspace, document, other, told):
     assert workspace.current is document
-    assert workspace.is_shown(document)
-    assert not workspace.is_shown(other)
+    assert document is workspace.shown
+    assert other is not workspace.shown
     workspace.show(document)
     assert told() == NO_PART
     workspace.show(other)
@@ -79,7 +79,7 @@ def test_opening_showing_and_closing_frames(workspace, document, other, told):
     workspace.remove_entries([workspace.entries.of(document.id)])
     assert workspace.current is other, "another than the present one was closed"
     workspace.remove_entries([workspace.entries.of(other.id)])
-    assert not workspace.has_current
+    assert workspace.shown is None
     assert workspace.chosen == 0
     assert workspace.undo_group.stacks() == [workspace.undo_group.activeStack()] or not workspace.undo_group.stacks()
     with pytest.raises(RuntimeError, match="no frame"):

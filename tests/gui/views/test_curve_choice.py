@@ -19,7 +19,7 @@ def panel(shown):
 
 @pytest.fixture
 def show(workspace, panel):
-    return lambda: draw_curves(panel, workspace.current if workspace.has_current else None)
+    return lambda: draw_curves(panel, workspace.shown)
 
 
 def names(panel):

@@ -20,7 +20,7 @@ from ilf.data.results import EdgeAwareRecord, PassBandRecord
 
 
 def show(panel: CurvesPanel, workspace: Workspace) -> None:
-    draw_curves(panel, workspace.current if workspace.has_current else None)
+    draw_curves(panel, workspace.shown)
 
 
 def staged(count=40, length=8, weighted=10):
