@@ -41,6 +41,9 @@ _CIELAB = {8, 9, 10}
 
 _PNM = re.compile(rb"P[2356]" + 3 * rb"(?:\s|#[^\n]*\n)+(\d+)")
 _COMMENT = re.compile(rb"#[^\n]*")
+_SUBFILE, _OF_ANOTHER = 254, 0b101
+"""A TIFF's tag NewSubfileType, and its bits for a smaller version of another image, or a mask of it."""
+
 _REMEDY = "Copy or export it again, as PNG or TIFF."
 
 # Pillow's limit and warning filters are global to the process
@@ -50,7 +53,8 @@ _pillow = threading.Lock()
 @dataclass(frozen=True)
 class ImageHeader:
     """Format name, size in pixels as stored, orientation tag (1: as stored), the maximum value declared by a PGM or PPM
-    (None: that of the decoded type), whether a TIFF contains CIELAB colour, and whether the image has a palette."""
+    (None: that of the decoded type), whether a TIFF contains CIELAB colour, whether the image has a palette, and
+    whether another one of its size follows."""
 
     kind: str
     width: int
@@ -59,6 +63,7 @@ class ImageHeader:
     largest: int | None = None
     is_cielab: bool = False
     has_palette: bool = False
+    is_stack: bool = False
 
 
 def image_header(path: FileSource, data: bytes) -> ImageHeader:
@@ -74,19 +79,22 @@ def image_header(path: FileSource, data: bytes) -> ImageHeader:
     Raises
     ------
     FormatError
-        If it is of none of these formats, or its header is truncated or damaged.
+        If it is of none of these formats, its header is truncated or damaged, or it is a stack of images.
     """
     if not is_common_image(data):
         raise wrong_kind(path, data, COMMON_IMAGES)
     if data.startswith(_BIG_TIFF):
         raise FormatError(f"{path}: this kind of TIFF (BigTIFF) is not supported. Save it as a classic TIFF.")
     with _reading(path, "its header has no image size, or is incomplete"):
-        if data[:2] in (b"II", b"MM"):
-            return _tiff(data)
-        with Image.open(io.BytesIO(data), formats=_KINDS) as image:
-            has_tags = image.format == "JPEG" or b"eXIf" in data or b"Orientation" in data
-            tag = _orientation(image) if has_tags else 1
-            return ImageHeader(str(image.format), *image.size, tag, _declared(data), has_palette=image.mode == "P")
+        if data[:2] not in (b"II", b"MM"):
+            with Image.open(io.BytesIO(data), formats=_KINDS) as image:
+                has_tags = image.format == "JPEG" or b"eXIf" in data or b"Orientation" in data
+                tag = _orientation(image) if has_tags else 1
+                return ImageHeader(str(image.format), *image.size, tag, _declared(data), has_palette=image.mode == "P")
+        header = _tiff(data)
+    if header.is_stack:
+        raise FormatError(f"{path}: this TIFF contains several images of one size. Export each to a file of its own.")
+    return header
 
 
 def _orientation(image: Image.Image) -> int:
@@ -132,8 +140,14 @@ def _tiff(data: bytes) -> ImageHeader:
     if min(width, height) < 1:
         raise ValueError("no size")
     meaning = tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION)
-    tag = int(tags.get(_ORIENTATION, 1))
-    return ImageHeader("TIFF", width, height, tag, None, meaning in _CIELAB, meaning == _PALETTE)
+    tag, is_stack = int(tags.get(_ORIENTATION, 1)), False
+    if tags.next:
+        following = TiffImagePlugin.ImageFileDirectory_v2(data[:8])
+        stream.seek(tags.next)
+        following.load(stream)
+        size = following.get(TiffImagePlugin.IMAGEWIDTH), following.get(TiffImagePlugin.IMAGELENGTH)
+        is_stack = size == (width, height) and not following.get(_SUBFILE, 0) & _OF_ANOTHER
+    return ImageHeader("TIFF", width, height, tag, None, meaning in _CIELAB, meaning == _PALETTE, is_stack)
 
 
 _DARK_BITS = 12

@@ -163,6 +163,15 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
     )
 
 
+def test_a_tiff_may_have_a_smaller_version_of_its_image(save):
+    for second in (RGB[::2, ::2], RGB):
+        pages = io.BytesIO()
+        Image.fromarray(RGB).save(
+            pages, "TIFF", save_all=True, append_images=[Image.fromarray(second)], tiffinfo={254: int(second is RGB)}
+        )
+        np.testing.assert_array_equal(read_colour(save("pages.tif", pages.getvalue())), RGB)
+
+
 def test_float_colour_is_refused(save):
     with pytest.raises(FormatError, match=r"8 or 16 bits.*float32.*wrong order"):
         read_colour(save("f.tif", encoded(".tif", METRES)))
@@ -197,6 +206,7 @@ HOSTILE_DEPTH = {
     "empty.png": (b"", "empty"),
     "empty.npy": (b"", "empty"),
     "big.tif": (b"II+\x00\x08\x00\x00\x00" + bytes(64), "BigTIFF"),
+    "stack.tif": (cv2.imencodemulti(".tif", [MILLIMETRES] * 2)[1].tobytes(), "several images of one size"),
     "bitmap.pbm": (b"P4\n8 8\n" + bytes(8), "a PBM image of one bit, not a PNG"),
     "all-missing.png": (encoded(".png", np.zeros((H, W), np.uint16)), "no known pixel"),
     "other-size.png": (encoded(".png", MILLIMETRES[:-1]), "32 x 24 .* 32 x 23.*Give both cameras"),
