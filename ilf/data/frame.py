@@ -124,6 +124,10 @@ class FrameInputs:
     view: str | None = field(default=None, metadata={"optional": True})
     depth_to_colour: tuple[float, ...] | None = field(default=None, metadata={"optional": True})
 
+    def __post_init__(self) -> None:
+        if self.depth_to_colour is not None and self.depth_intrinsics is None and self.lenses is None:
+            raise InputError("depth_to_colour needs depth_intrinsics: the record is damaged.")
+
     @property
     def has_colour_file(self) -> bool:
         """Whether colour is a file of its own on a disk, as stored: neither in a recording nor at an address, nor

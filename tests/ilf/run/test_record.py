@@ -140,6 +140,7 @@ def test_a_record_that_lacks_something_is_refused(record_path, keys):
         ("program", "other"), ("version", 3), ("name", None), ("versions", []), ("versions", "numpy", 2),
         ("processor", None), ("inputs", 5), ("inputs", "depth_units", True), ("inputs", "depth_units", float("inf")),
         ("inputs", "intrinsics", [1, 2, 3]), ("inputs", "intrinsics", [10**400, 1, 1, 1]), ("inputs", "rgb", "rgb.png"),
+        ("inputs", "depth_to_colour", [1.0] * 12),
         ("invalid_mask", {"sha256": "0", "file": "../mask.png"}), ("invalid_mask", []),
         ("drawn", {"file": "drawn.png"}), ("parameters", "smoothness", 10**400), ("parameters", "mode", "magic"),
         ("block_parameters", {"1": 5}),
