@@ -21,9 +21,9 @@ from .._runtime.writing import ensure_folder, remove, remove_empty, restore_inte
 from ..data.results import Completion
 from ..errors import InputError
 from ..io.tables import write_csv
-from ..run.options import RECORD_FILE, drop_impossible
 from ..run.run import Run
-from ..run.writing import check_write, write
+from ..run.writing import check_write, drop_impossible, write
+from ..sources.frame_ref import RECORD_FILE
 from .cluster import SHARED_FOLDER
 from .engine import OTHER_MACHINE, Sink, facts_here
 from .frame_record import (

@@ -14,10 +14,9 @@ from .._runtime.schema import check_schema, converted, json_file
 from .._runtime.writing import write_bytes
 from ..data.frame import RGBDFrame
 from ..errors import FormatError, IlfError, InputError
-from ..run.options import RECORD_FILE
 from ..run.record import array_sha256
 from ..sources import reading
-from ..sources.frame_ref import OPTIONS
+from ..sources.frame_ref import OPTIONS, RECORD_FILE
 from ..sources.named_places import may_look_at
 from ..sources.naming import META_NAME
 from ..sources.neighbours import read_or_none, with_neighbours

@@ -27,9 +27,8 @@ from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import FormatError, InputError
 from ..run.formats import FORMATS
-from ..run.options import drop_impossible
 from ..run.run import Run
-from ..run.writing import contents
+from ..run.writing import contents, drop_impossible
 from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER

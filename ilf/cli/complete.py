@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..run.formats import Export
-from ..run.options import ExportOptions, drop_impossible_cloud, output_folder_name
+from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
 from ..run.run import Run
-from ..run.writing import check_not_an_input, check_write, write
+from ..run.writing import check_not_an_input, check_write, drop_impossible_cloud, write
 from ..sources.frame_folder import frame_folder
 from ..sources.opening import is_recording
 from . import parsing

@@ -25,6 +25,7 @@ from ..io.encodings import encoding_of_inputs
 from ..io.images import read_colour_with_warning
 from ..run.record import RunRecord, read_record
 from ..run.replaying import file_problems
+from ..run.writing import filenames
 from ..sources.copies import copied
 from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import COMPLETED_DEPTH, RECORD_FILE, FrameRef, ReadingOptions, is_result, is_result_folder
@@ -110,7 +111,7 @@ def facts_of_record(path: Path) -> Facts:
         facts.add("neighbours", ", ".join(names), neighbours=names)
     if record.extrapolate:
         facts.add("extrapolated", "depth that was still missing after the run", extrapolated=True)
-    files = list(record.outputs or record.export.filenames())
+    files = list(record.outputs or filenames(None, record.export))
     facts.add("files", ", ".join(files), files=files)
     facts.tell("problem", *file_problems(record, path.absolute().parent))
     facts.entries["blocks"] = [outcome_record(outcome) for outcome in record.blocks_outcome]

@@ -23,10 +23,9 @@ from ..data.presets import list_presets, presets_folder
 from ..errors import IlfError, InputError
 from ..io.depth_doubts import unique_warnings
 from ..project.file import SUFFIX
-from ..run.options import RECORD_FILE
 from ..sources.copies import restored
 from ..sources.frame_folder import is_frame_folder
-from ..sources.frame_ref import FrameRef, is_shards
+from ..sources.frame_ref import RECORD_FILE, FrameRef, is_shards
 from ..sources.layouts import all_layouts, layouts_folder
 from ..sources.opening import is_recording
 from ..sources.reading import read_frame

@@ -365,10 +365,13 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
     usual = ExportOptions()
     for name in ExportOptions.declarations():
         add_parameter(group, usual, name)
-    formats = ", ".join(f"{name} ({format})" for name, format in FORMATS.items())
+    about: dict[str, list[str]] = {}
+    for name, format in FORMATS.items():
+        about.setdefault(format.group, []).append(f"{name} ({format.title})")
+    formats = "; ".join(f"of {group}: {', '.join(named)}" for group, named in about.items())
     declared = f"""
-        --export FORMAT ...  also write a file for another program; can be repeated: {formats}. `ilf complete` also
-            takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
+        --export FORMAT ...  also write a file for another program; can be repeated. Formats {formats}. `ilf
+            complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
             and curves (needs the package rerun-sdk), or one of plugins
     """
     declare(group, declared)

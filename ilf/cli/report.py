@@ -18,9 +18,10 @@ from ..project.file import SUFFIX, OpenedProject, open_project
 from ..project.project import ProjectFrame
 from ..report.report import report_steps, write_report
 from ..report.subject import Subject, Unreadable
-from ..run.options import RECORD_FILE, as_file_name
+from ..run.options import as_file_name
 from ..run.replaying import replay
 from ..run.run import Run
+from ..sources.frame_ref import RECORD_FILE
 from .output import Bar, shows_progress, warn
 from .parsing import add_frame, add_settings, add_shared, frame_from, hold_out_from, preset_from, settings_from
 from .usage import Parser, UsageError, declare

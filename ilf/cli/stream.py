@@ -11,9 +11,9 @@ from .._runtime.long_work import cancellable_items
 from ..data.frame import RGBDFrame
 from ..errors import Cancelled, IlfError, InputError
 from ..io.ros_output import ENCODINGS_OF_ROS, StampedDepth
-from ..run.options import RECORD_FILE
 from ..run.record import read_record
 from ..run.stored_results import StoredResults, result_folders
+from ..sources.frame_ref import RECORD_FILE
 from ..sources.reading import stamp_of
 from ..sources.source import Source
 from ..stream.recording import MCAP, StreamRecorder, stamped

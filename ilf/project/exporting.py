@@ -14,11 +14,12 @@ from ..data.parameters import Parameters
 from ..data.results import Completion, compose
 from ..errors import Cancelled, IlfError
 from ..run.formats import BLOCKS, FORMATS
-from ..run.options import RECORD_FILE, ExportOptions, as_file_name, drop_impossible
+from ..run.options import ExportOptions, as_file_name
 from ..run.record import RecordedNetworks, RunRecord, array_sha256, make_record, read_record
 from ..run.replaying import file_problems, network_differences
 from ..run.run import Run
-from ..run.writing import check_write, colour_path, write
+from ..run.writing import check_write, colour_path, drop_impossible, write
+from ..sources.frame_ref import RECORD_FILE
 from .frame_state import FrameState
 
 

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from .._runtime.files import is_address
 from ..data.frame import RGBDFrame
 from ..errors import InputError, ParameterError
-from ..sources.frame_ref import is_shards
+from ..sources.frame_ref import RECORD_FILE, is_shards
 from ..sources.reading import read_frame
 from ..sources.source import Source, open_source
-from .options import RECORD_FILE
 from .stored_results import StoredResult, StoredResults, has_results
 
 _OF_FRAMES: Mapping[str, Callable[[RGBDFrame], NDArray[Any] | None]] = {

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..data.declarations import ParameterSet, declare, with_documented_parameters
-from ..data.frame import RGBDFrame
-from ..sources.frame_ref import RECORD_FILE
-from . import files
 from .formats import FORMATS
-from .run import Run
 
 _DEPTH_FORMATS = {"png": "PNG, 16 bit", "tiff": "TIFF, float32 metres", "npy": "NPY, float32 metres"}
 _CLOUD_FORMATS = {
@@ -103,44 +99,6 @@ class ExportOptions(ParameterSet):
     exports: tuple[str, ...] = declare(
         (), "Formats", "Files of other programs.", OTHERS, flag="", choices=FORMATS, optional=True
     )
-
-    def filenames(self) -> tuple[str, ...]:
-        """Names of the selected files; `ilf.run.writing.filenames` adds those that depend on the run."""
-        names = [DEPTH_FILES[depth_format] for depth_format in self.depth_formats]
-        if self.expected_error:
-            names += [ERROR_FILES[depth_format] for depth_format in self.depth_formats]
-            names += [files.UNSUPPORTED] if self.depth_formats else []
-        if self.labels:
-            names.append(files.LABELS)
-        if self.curves:
-            names.append(files.CURVES)
-        if self.cloud is not None:
-            names.append(CLOUD_FILES[self.cloud])
-        if self.mesh is not None:
-            names.append(MESH_FILES[self.mesh])
-        names += [FORMATS[name].file for name in self.exports]
-        if self.run_record:
-            names.append(RECORD_FILE)
-        return tuple(names)
-
-
-def drop_impossible_cloud(
-    options: ExportOptions, frame: RGBDFrame, remedy: str = ""
-) -> tuple[ExportOptions, tuple[str, ...]]:
-    """Remove the cloud from the options if the frame has no intrinsics; returns options and a note that ends with the
-    remedy."""
-    if frame.intrinsics is not None or options.cloud is None:
-        return options, ()
-    note = f"No point cloud is written, because the camera's intrinsics are not known{remedy}."
-    return replace(options, cloud=None), (note,)
-
-
-def drop_impossible(options: ExportOptions, run: Run) -> tuple[ExportOptions, tuple[str, ...]]:
-    """Remove from the options what cannot be made of a run; returns options and notes."""
-    kept, notes = drop_impossible_cloud(options, run.frame)
-    lacks = {name: why for name in options.exports if (why := FORMATS[name].lacks(run))}
-    exports = tuple(name for name in options.exports if name not in lacks)
-    return replace(kept, exports=exports), (*notes, *(f"No {name} is written. {why}" for name, why in lacks.items()))
 
 
 def output_folder_name(frame_name: str) -> str:

@@ -24,13 +24,12 @@ from ..io.images import read_colour
 from ..io.labels import read_mask
 from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
-from ..sources.frame_ref import is_shards
+from ..sources.frame_ref import RECORD_FILE, is_shards
 from ..sources.named_places import named_in
 from ..sources.opening import is_recording, opened
 from ..sources.shards import Shards
 from ..sources.trajectories import stated_pose
 from . import files
-from .options import RECORD_FILE
 from .record import RunRecord, modes_in, read_record
 
 _CHANGED = "has another size than its depth: it was changed. Complete the frame again."

@@ -34,6 +34,7 @@ from ..io.frame_additions import encode_array
 from ..io.images import encode_image
 from ..io.labels import encode_labels, encode_mask
 from ..io.meshes import write_mesh
+from ..sources.frame_ref import RECORD_FILE
 from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
@@ -45,10 +46,8 @@ from .options import (
     DEPTH_FILES,
     ERROR_FILES,
     MESH_FILES,
-    RECORD_FILE,
     WORLD,
     ExportOptions,
-    drop_impossible_cloud,
 )
 from .record import make_record, to_json
 from .run import Run
@@ -63,6 +62,17 @@ def check_cloud_and_mesh(frame: RGBDFrame, options: ExportOptions) -> None:
     if frame.intrinsics is None and (options.cloud or options.mesh):
         what = "point cloud" if options.cloud else "mesh"
         raise InputError(f"A {what} needs the camera's intrinsics. {REMEDY} Or leave the {what} out.")
+
+
+def drop_impossible_cloud(
+    options: ExportOptions, frame: RGBDFrame, remedy: str = ""
+) -> tuple[ExportOptions, tuple[str, ...]]:
+    """Remove the cloud from the options if the frame has no intrinsics; returns options and a note that ends with the
+    remedy."""
+    if frame.intrinsics is not None or options.cloud is None:
+        return options, ()
+    note = f"No point cloud is written, because the camera's intrinsics are not known{remedy}."
+    return replace(options, cloud=None), (note,)
 
 
 def write_cloud_and_mesh(
@@ -156,17 +166,36 @@ Content = tuple[bytes, Sequence[str]]
 """Content of a file, and notes on what it does not preserve."""
 
 
-def filenames(run: Run, options: ExportOptions) -> tuple[str, ...]:
-    """Names of the files that `write` writes; the run's record, which completes the set, is the last."""
-    names = [name for name in options.filenames() if name != RECORD_FILE]
-    if run.frame.brought is not None:
-        names += [ALIGNED_FILES[depth_format] for depth_format in options.depth_formats]
-    names += _arrays(run)
-    if run.frame.inputs is not None and options.depth_formats:
-        names += [files.COLOUR, META_NAME] if not run.frame.inputs.has_colour_file else [META_NAME]
+def filenames(run: Run | None, options: ExportOptions) -> tuple[str, ...]:
+    """Names of the files that `write` writes, without a run those of any; its record, which completes the set, is the
+    last."""
+    formats = options.depth_formats
+    names = [DEPTH_FILES[depth_format] for depth_format in formats]
+    if options.expected_error and formats:
+        names += [*(ERROR_FILES[depth_format] for depth_format in formats), files.UNSUPPORTED]
+    if options.labels:
+        names.append(files.LABELS)
+    if options.curves:
+        names.append(files.CURVES)
+    if options.cloud is not None:
+        names.append(CLOUD_FILES[options.cloud])
+    if options.mesh is not None:
+        names.append(MESH_FILES[options.mesh])
+    names += [FORMATS[name].file for name in options.exports]
+    if run is not None:
+        names += _names_of_run(run, formats)
     if options.run_record:
         names.append(RECORD_FILE)
     return tuple(names)
+
+
+def _names_of_run(run: Run, formats: Sequence[str]) -> list[str]:
+    """Names of the files that a run has because of its frame and blocks, with depth in these formats."""
+    names = [ALIGNED_FILES[depth_format] for depth_format in formats if run.frame.brought is not None]
+    names += _arrays(run)
+    if run.frame.inputs is not None and formats:
+        names += [META_NAME] if run.frame.inputs.has_colour_file else [files.COLOUR, META_NAME]
+    return names
 
 
 def write(
@@ -301,6 +330,14 @@ def check_write(
             raise ExportError(f"{path} is a folder, but a file of that name must be written. Choose another folder.")
         if os.path.exists(path) and not overwrite:
             raise ExportError(f"{path} already exists. Choose another folder, or allow overwriting.")
+
+
+def drop_impossible(options: ExportOptions, run: Run) -> tuple[ExportOptions, tuple[str, ...]]:
+    """Remove from the options what cannot be made of a run; returns options and notes."""
+    kept, notes = drop_impossible_cloud(options, run.frame)
+    lacks = {name: why for name in options.exports if (why := FORMATS[name].lacks(run))}
+    exports = tuple(name for name in options.exports if name not in lacks)
+    return replace(kept, exports=exports), (*notes, *(f"No {name} is written. {why}" for name, why in lacks.items()))
 
 
 def check_not_an_input(frame: RGBDFrame, paths: Sequence[Path], given: Sequence[str | os.PathLike[str]] = ()) -> None:

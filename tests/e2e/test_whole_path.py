@@ -9,6 +9,7 @@ import numpy as np
 import ilf
 from ilf.cli import main as command_line
 from ilf.run.options import ExportOptions
+from ilf.run.writing import filenames
 
 from .conftest import export, loaded
 
@@ -18,7 +19,7 @@ def test_window_and_command_line_give_the_same_files_bit_for_bit(opened, qtbot, 
     export(opened, qtbot, tmp_path / "window")
     assert command_line(["complete", str(frame_folder), "--out", str(tmp_path / "cli"), "--quiet"]) == 0
     names = sorted(path.name for path in (tmp_path / "cli").iterdir())
-    assert names == sorted((*ExportOptions().filenames(), "meta.json"))
+    assert names == sorted((*filenames(None, ExportOptions()), "meta.json"))
     for name in names:
         assert (tmp_path / "window" / name).read_bytes() == (tmp_path / "cli" / name).read_bytes(), name
 

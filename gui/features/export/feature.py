@@ -32,9 +32,10 @@ from ilf.data.results import Completion
 from ilf.errors import IlfError, ParameterError
 from ilf.evaluation.evaluation import Progress
 from ilf.project.exporting import ExportedFrame, ExportStatus, FrameToExport, export_frames
-from ilf.run.options import RECORD_FILE, as_file_name, output_folder_name
+from ilf.run.options import as_file_name, output_folder_name
 from ilf.run.run import Run
-from ilf.run.writing import check_cloud_and_mesh
+from ilf.run.writing import check_cloud_and_mesh, filenames
+from ilf.sources.frame_ref import RECORD_FILE
 
 from ...base import theme
 from ...state.parts import Part
@@ -235,7 +236,7 @@ class ExportFeature(Panel):
             raise ParameterError("Choose a target folder.")
         if folder.exists() and not folder.is_dir():
             raise ParameterError(f"{folder} is a file, not a folder. Choose another folder.")
-        if not (options.filenames() or from_files or writes_report):
+        if not (filenames(None, options) or from_files or writes_report):
             raise ParameterError("Choose at least one file to write.")
         if not self._entries(scope):
             raise ParameterError("There is no such frame. Choose other frames.")
@@ -341,7 +342,7 @@ class ExportFeature(Panel):
                 yield partial(ask, self.widget, "Replace files?", text, f"{some(replaced)}.", [("&Replace", DESTROY)])
             ):
                 return
-        if export.options.filenames():
+        if filenames(None, export.options):
             self.files.store()
         self.start(export)
 
@@ -349,7 +350,7 @@ class ExportFeature(Panel):
         """Return the files that there are already, relative to the folder. A batch skips what is complete."""
         if export.from_files:
             return []
-        frames = self._frames(export.scope) if export.options.filenames() else []
+        frames = self._frames(export.scope) if filenames(None, export.options) else []
         files = [str(Path(frame.folder, name)) for frame in frames for name in self.files.names()]
         files += [] if export.report is None else [export.report.name]
         return [file for file in files if (export.folder / file).exists()]
@@ -366,7 +367,7 @@ class ExportFeature(Panel):
             settings = settings_of(workspace.parameters, replace(export.options, run_record=True))
             parts.append(batch_steps(export, list(frames.values()), list(only.values()), settings))
             self._total = len(only) or 1
-        elif export.options.filenames():
+        elif filenames(None, export.options):
             parts.append(export_frames(self._frames(export.scope), export.folder, export.options))
             self._total = len(entries)
         if export.report is not None:

@@ -165,7 +165,7 @@ class FilesForm(QWidget):
     def names(self) -> tuple[str, ...]:
         """Return the names of the files of a frame; raises as `options`."""
         options = self.options()
-        return options.filenames() if self._run is None else filenames(self._run, options) * bool(options.filenames())
+        return filenames(self._run, options) * bool(filenames(None, options))
 
     def store(self) -> None:
         """Remember the choice. What is not possible for this frame keeps its stored choice."""

@@ -38,7 +38,7 @@ def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_p
     out = tmp_path / "deep" / "out"
     found = write(out, run, completion, ALL)
     assert [path.name for path in found.files] == list(filenames(run, ALL))
-    assert set(contents(out)) == set(filenames(run, ALL)) == {*ALL.filenames(), "meta.json"}
+    assert set(contents(out)) == set(filenames(run, ALL)) == {*filenames(None, ALL), "meta.json"}
     assert found.notes == ()
     np.testing.assert_array_equal(np.load(out / "depth.npy"), completion.depth)
     np.testing.assert_array_equal(read_depth_values(out / "depth.tiff"), completion.depth)

@@ -17,7 +17,8 @@ from ilf._runtime.installation import asset_path
 from ilf.drawing.colours import robust_depth_levels, robust_error_levels
 from ilf.io.depth import read_depth
 from ilf.project.exporting import run_and_completion
-from ilf.run.options import ERROR_FILES, RECORD_FILE
+from ilf.run.options import ERROR_FILES
+from ilf.sources.frame_ref import RECORD_FILE
 from ilf.sources.naming import META_NAME
 
 LayerData = tuple[Any, dict[str, Any], str]
