@@ -22,10 +22,9 @@ from ..data.presets import preset
 from ..errors import FormatError, InputError, told_as
 from ..evaluation.hold_out import HoldOutTest
 from ..io.labels import read_mask
-from ..run.block_choice import BlockChoice
 from ..run.options import ExportOptions
 from ..run.record import installed_sha256, requested_networks
-from ..run.run import Run
+from ..run.run import BlockChoice, Run
 
 SETTINGS_FILE = "batch.json"
 
@@ -73,7 +72,7 @@ class BatchSettings:
         size."""
         if self.invalid_mask is not None:
             frame = frame.with_more_invalid(read_mask(self.invalid_mask, frame.shape))
-        return Run(frame, self.blocks.blocks_of(frame), self.parameters, extrapolate=self.extrapolate)
+        return self.blocks.run_of(frame, self.parameters, self.extrapolate)
 
     def facts(self) -> dict[str, Any]:
         """Return all settings as JSON values; files and networks are represented by SHA-256. Includes the version.

@@ -17,9 +17,9 @@ from ..drawing.blocks import stage_pictures
 from ..errors import InputError
 from ..io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
 from ..io.images import encode_image
-from ..run.block_choice import gaps_filled
 from ..run.writing import check_not_an_input
 from ..segmentation.extraction import extract
+from ..segmentation.reextraction import gaps_filled
 from .output import Column, table, warn
 from .parsing import add_block_parameters, add_frame, add_given_blocks, add_shared, extraction_from, frame_from
 from .usage import Parser, UsageError, declare

@@ -101,7 +101,7 @@ def _new(arguments: argparse.Namespace) -> tuple[Run, ExportOptions, Sequence[st
     options = parsing.export_options(arguments, with_files=True)
     parameters, choice = parsing.settings_from(arguments, parsing.preset_from(arguments.preset))
     frame = parsing.frame_from(arguments)
-    run = Run(frame, choice.blocks_of(frame), parameters, extrapolate=arguments.extrapolate)
+    run = choice.run_of(frame, parameters, arguments.extrapolate)
     if parsing.geometry_flags(arguments):
         return run, options, ()
     return run, *drop_impossible_cloud(options, frame, ": give --intrinsics for one")

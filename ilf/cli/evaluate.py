@@ -20,8 +20,7 @@ from ..evaluation.evaluation import Evaluation, Progress
 from ..evaluation.ground_truth import ground_truth_steps
 from ..evaluation.sweep import Sweep, sweep_steps
 from ..io.tables import write_csv
-from ..run.block_choice import BlockChoice
-from ..run.run import Run
+from ..run.run import BlockChoice, Run
 from . import parsing
 from .output import Bar, Column, errors_record, print_json, shows_progress, table, unscored, unscored_lines, warn
 from .usage import Parser, UsageError, declare
@@ -113,7 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _runs(frame: RGBDFrame, settings: Sequence[tuple[Parameters, BlockChoice]]) -> tuple[list[Run], list[str]]:
     """Make a run per parameter set, and notes. Runs with equal extraction share their blocks."""
-    made = {choice: Run(frame, choice.blocks_of(frame)) for choice in dict.fromkeys(choice for _, choice in settings)}
+    made = {choice: choice.run_of(frame) for choice in dict.fromkeys(choice for _, choice in settings)}
     runs = [replace(made[choice], parameters=parameters) for parameters, choice in settings]
     return runs, [note for run in made.values() for note in run.blocks.notes]
 

@@ -19,9 +19,9 @@ from ..data.presets import BUILT_IN, UserPreset, find_preset
 from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
 from ..io.labels import read_mask
-from ..run.block_choice import BlockChoice
 from ..run.formats import FORMATS
 from ..run.options import SPACE, ExportOptions
+from ..run.run import BlockChoice
 from ..sources.frame_ref import KINDS, OPTIONS, FrameRef, ReadingOption, ReadingOptions
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
@@ -371,8 +371,8 @@ def add_export_options(group: argparse._ActionsContainer) -> None:
     formats = "; ".join(f"of {group}: {', '.join(named)}" for group, named in about.items())
     declared = f"""
         --export FORMAT ...  also write a file for another program; can be repeated. Formats {formats}. `ilf
-            complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with images, blocks
-            and curves (needs the package rerun-sdk), or one of plugins
+            complete` also takes a FILE, in the format of its extension: one of these, .rrd for the viewer Rerun with
+            images, blocks and curves (needs the package rerun-sdk), or one of plugins
     """
     declare(group, declared)
 

@@ -29,11 +29,10 @@ from ..project.project import Project, ProjectFrame, Stage
 from ..project.run_history import StoredRun
 from ..project.sources import embedded, located
 from ..project.state_codec import UnreadableFrame, frame_part, read_head
-from ..run.block_choice import BlockChoice
 from ..run.data_sets import DATA_SETS, write_data_set
 from ..run.record import array_sha256
 from ..run.replaying import depth_difference_text
-from ..run.run import Run
+from ..run.run import BlockChoice, Run
 from ..sources.frame_ref import FrameRef
 from ..sources.listing import list_frames
 from ..sources.opening import is_recording
@@ -365,7 +364,7 @@ def _run_of(opened: OpenedProject, frame: ProjectFrame, complete: bool) -> tuple
     """A frame's run and its completion, None if it has to be completed first; otherwise its present results."""
     if not frame.has_state and frame.source is not None:
         loaded = read_frame(frame.source)
-        return Run(loaded, BlockChoice(opened.project.extraction).blocks_of(loaded), opened.project.common), None
+        return BlockChoice(opened.project.extraction).run_of(loaded, opened.project.common), None
     state = opened.state(frame.id).state
     return run_and_completion(state) if complete else (state.present_run(), state.present_completion())
 

@@ -75,7 +75,7 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     """Complete a frame with the settings of the arguments."""
     parameters, choice = settings_from(arguments, preset_from(arguments.preset))
     frame = frame_from(argparse.Namespace(**{**vars(arguments), "inputs": inputs}))
-    made = Run(frame, choice.blocks_of(frame), parameters)
+    made = choice.run_of(frame, parameters)
     completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
     return Subject(made, completion)

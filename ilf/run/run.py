@@ -6,7 +6,7 @@ import inspect
 import os
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -20,7 +20,7 @@ from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
 from ..data.blocks import Block, Blocks, as_blocks, find_blocks
-from ..data.by_hand import DepthByHand
+from ..data.by_hand import USUAL_WEIGHT, DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.guide import Guide
@@ -29,8 +29,12 @@ from ..data.pictures import html_row, plot_row
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
-from ..errors import ParameterError, check_kind
+from ..errors import InputError, ParameterError, check_kind
+from ..io.block_files import read_blocks
+from ..io.frame_additions import load_by_hand
+from ..io.labels import read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
+from ..segmentation.reextraction import gaps_filled
 
 EXTRAPOLATED = 0
 """In place of a block's label in the `Step` of the extrapolation."""
@@ -130,10 +134,13 @@ class Run:
         given = replace(given, **{name: value for name, value in added.items() if value is not None})
         if own is not None:
             given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
-        run = cls(guided, given, parameters, extrapolate=extrapolate)
-        if run.blocks.by_hand is not None:
-            run.blocks.by_hand.check_counts(run.frame, run.blocks.labels)
-        return run
+        return cls(guided, given, parameters, extrapolate=extrapolate)._checked()
+
+    def _checked(self) -> Self:
+        """The same; raises InputError if depth by hand counts nowhere."""
+        if self.blocks.by_hand is not None:
+            self.blocks.by_hand.check_counts(self.frame, self.blocks.labels)
+        return self
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.summary()}>"
@@ -211,6 +218,67 @@ class Run:
                 if on_progress is not None:
                     on_progress(progress)
         return steps.completion()
+
+
+@dataclass(frozen=True)
+class BlockChoice:
+    """How any frame gets the blocks of its run: extracted, or read from files.
+
+    Parameters
+    ----------
+    extraction : BlockParameters
+        The defaults if left out.
+    file : str, optional
+        Path of existing blocks (`ilf.io.block_files.read_blocks`); they are extracted if left out.
+    fill_gaps : bool
+        Whether blocks are extracted where the file has none.
+    drawn : str, optional
+        Path of the mask of pixels whose border was drawn by hand.
+    by_hand : str, optional
+        Path of depth by hand, in the encoding of the frame's depth or, as floating-point numbers, in metres.
+    by_hand_weight : float
+        Its weight.
+    """
+
+    extraction: BlockParameters = field(default_factory=BlockParameters)
+    file: str | None = None
+    fill_gaps: bool = False
+    drawn: str | None = None
+    by_hand: str | None = None
+    by_hand_weight: float = USUAL_WEIGHT
+
+    def run_of(self, frame: RGBDFrame, parameters: Parameters | None = None, extrapolate: bool = False) -> Run:
+        """Make the run of a frame. Intermediate results of the extraction are not cached.
+
+        Raises
+        ------
+        InputError
+            If a given file cannot be read or does not fit the frame, or there are no blocks.
+        """
+        blocks = self._extracted_or_read(frame)
+        if not blocks.labels.any():
+            remedy = (
+                "Lower min_size or min_known_share of the extraction, or give blocks."
+                if self.file is None or self.fill_gaps
+                else f"{self.file} contains none: give a file with blocks, or fill its gaps."
+            )
+            raise InputError(f"There are no blocks to complete. {remedy}")
+        drawn = None if self.drawn is None else read_mask(self.drawn, frame.shape)
+        by_hand = None if self.by_hand is None else load_by_hand(self.by_hand, frame, self.by_hand_weight)
+        blocks = replace(blocks, drawn=drawn, by_hand=by_hand)
+        return Run(frame, blocks, parameters, extrapolate=extrapolate)._checked()
+
+    def _extracted_or_read(self, frame: RGBDFrame) -> Blocks:
+        if self.file is None:
+            blocks = found_blocks(frame, self.extraction)
+        else:
+            image = None if frame.inputs is None else frame.inputs.rgb.path
+            given = read_blocks(self.file, frame.shape, image=image)
+            if not self.fill_gaps:
+                return given
+            blocks = gaps_filled(given, frame, self.extraction)
+        clear_stage_cache(frame)
+        return blocks
 
 
 class Execution(AbstractContextManager["Execution"], Iterator[Step]):

@@ -1,16 +1,20 @@
-"""Extracting blocks again: which blocks are kept, and how new blocks fill the rest. Functions of label maps."""
+"""Extracting blocks again: which blocks are kept, and how new blocks fill the rest."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.blocks import labels_in
+from ..data.blocks import Blocks, labels_in
+from ..data.frame import RGBDFrame
+from ..data.parameters import BlockParameters
 from ..data.pixel_grids import connected_regions
 from .editing.cleaning import given_to_neighbours
+from .extraction import found_blocks
 from .merging import numbered
 
 Labels = NDArray[np.int32]
@@ -81,3 +85,11 @@ def fill_around(present: Labels, kept: Collection[int], fresh: Labels, smallest:
             break
         parts = joined
     return overlay_kept(present, kept, numbered(np.where(slivers[parts], 0, parts)))
+
+
+def gaps_filled(given: Blocks, frame: RGBDFrame, extraction: BlockParameters) -> Blocks:
+    """Return given blocks of a frame with extracted ones in their gaps; slivers of these below the smallest size of a
+    block are merged into a neighbouring new one."""
+    found, smallest = found_blocks(frame, extraction), extraction.smallest_block(given.labels.size)
+    labels = fill_around(given.labels, labels_in(given.labels), found.labels, smallest)
+    return replace(found, labels=labels, infos=given.infos, extracted=None, notes=given.notes + found.notes)

@@ -13,7 +13,7 @@ from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
-from ilf.run.block_choice import gaps_filled
+from ilf.segmentation.reextraction import gaps_filled
 
 from ...widgets.basics import label_of, row
 from ...widgets.file_choice import choose_file, choose_folder

@@ -28,9 +28,8 @@ from ilf.project.recorded_frames import recorded_run
 from ilf.project.state_codec import Decoded
 from ilf.report.report import report_steps, write_report
 from ilf.report.subject import Subject, Unreadable
-from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
-from ilf.run.run import Run
+from ilf.run.run import BlockChoice, Run
 from ilf.sources.reading import read_frame
 
 from ...project.loading import state_reader

@@ -14,8 +14,8 @@ from ilf.batch.settings import BatchSettings, sha256_of, write_settings
 from ilf.data.guide import Guide
 from ilf.data.presets import presets_folder
 from ilf.project.store import WorkFolder
-from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
+from ilf.run.run import BlockChoice
 from ilf.run.writing import write
 from tests.ilf.batch_frames import write_frames
 from tests.ilf.project_states import small_frame

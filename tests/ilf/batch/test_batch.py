@@ -28,9 +28,9 @@ from ilf.batch.settings import BatchSettings, read_settings, write_settings
 from ilf.batch.static_camera import with_temporal_median
 from ilf.cli import main
 from ilf.errors import FormatError, InputError
-from ilf.run.block_choice import BlockChoice
 from ilf.run.options import ExportOptions
 from ilf.run.record import read_record
+from ilf.run.run import BlockChoice
 from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import Deadly, contents, write_frames
