@@ -21,7 +21,7 @@ from ..data.parameters import Parameters
 from ..data.presets import preset
 from ..errors import FormatError, InputError, told_as
 from ..evaluation.hold_out import HoldOutTest
-from ..io.labels import read_mask
+from ..io.images import read_mask
 from ..run.options import ExportOptions
 from ..run.record import installed_sha256, requested_networks
 from ..run.run import BlockChoice, Run

@@ -18,7 +18,7 @@ from ..data.parameters import DEFAULT_PRESET, PRESETS, BlockParameters, Paramete
 from ..data.presets import BUILT_IN, UserPreset, find_preset
 from ..errors import InputError, ParameterError, told_as
 from ..evaluation.hold_out import HOLD_OUT_PATTERNS, HoldOutTest
-from ..io.labels import read_mask
+from ..io.images import read_mask
 from ..run.formats import FORMATS
 from ..run.options import SPACE, ExportOptions
 from ..run.run import BlockChoice

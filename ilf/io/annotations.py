@@ -17,8 +17,8 @@ from .._runtime.formatting import counted
 from ..data.blocks import Blocks, Region, cropped
 from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
-from .labels import UNNAMED, Candidate, stacked
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
+from .shapes import UNNAMED, Candidate, stacked
 
 _IMAGES_SHOWN = 5
 

@@ -17,7 +17,8 @@ from .._runtime.writing import write_bytes
 from ..data.blocks import Blocks, Colour, block_colour
 from ..errors import ExportError, FormatError, InputError, told_as
 from .annotations import blocks_of_coco, blocks_of_labelme, blocks_of_mask_list, coco_of_blocks, labelme_of_blocks
-from .labels import blocks_of_mask_folder, checked_for_writing, encode_labels, read_labels
+from .images import checked_for_writing, encode_labels, read_labels
+from .shapes import blocks_of_mask_folder
 
 _MAX_JSON_BYTES = 2**28
 _KINDS = "that of labelme or COCO, or a list of masks as from segment-anything"

@@ -33,7 +33,7 @@ from ..errors import IlfError, InputError
 from ..io.depth import read_depth_values
 from ..io.encodings import encoding_of
 from ..io.frame_additions import ground_truth_of, load_guide
-from ..io.labels import read_labels, read_mask
+from ..io.images import read_labels, read_mask
 from ..segmentation.edges.frame_edges import edge_parameters
 from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef

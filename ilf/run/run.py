@@ -32,7 +32,7 @@ from ..drawing.blocks import block_overlay
 from ..errors import InputError, ParameterError, check_kind
 from ..io.block_files import read_blocks
 from ..io.frame_additions import load_by_hand
-from ..io.labels import read_mask
+from ..io.images import read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
 from ..segmentation.reextraction import gaps_filled
 

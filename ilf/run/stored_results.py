@@ -20,8 +20,7 @@ from ..errors import FormatError, InputError, told_as
 from ..io.cameras import intrinsics_from
 from ..io.depth import read_depth_values
 from ..io.encodings import encoding_of
-from ..io.images import read_colour
-from ..io.labels import read_mask
+from ..io.images import read_colour, read_mask
 from ..sources.copies import spelled
 from ..sources.frame_folder import FrameFiles, frame_folder
 from ..sources.frame_ref import RECORD_FILE, is_shards

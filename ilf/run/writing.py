@@ -31,8 +31,7 @@ from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
 from ..io.depth import encode_depth, encode_expected_error, precision_loss
 from ..io.frame_additions import encode_array
-from ..io.images import encode_image
-from ..io.labels import encode_labels, encode_mask
+from ..io.images import encode_image, encode_labels, encode_mask
 from ..io.meshes import write_mesh
 from ..sources.frame_ref import RECORD_FILE
 from ..sources.naming import META_NAME

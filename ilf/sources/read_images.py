@@ -17,8 +17,7 @@ from ..io.cameras import depth_place, frame_camera, lens_from
 from ..io.depth import interpret_depth, read_depth
 from ..io.depth_doubts import DepthReading, is_named_distance
 from ..io.encodings import ray_encoding
-from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, scaled_colour, turned
-from ..io.labels import read_mask
+from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, read_mask, scaled_colour, turned
 from ..io.orientation import pair_orientation
 from .frame_folder import FrameFiles, camera_pose
 from .frame_ref import COLOUR_VIEW, DEPTH_VIEW, FrameRef, ReadingOptions

@@ -12,7 +12,7 @@ from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export, Scope
 from gui.views.curves.panel import CurvesPanel
 from ilf.cli import main as command_line
-from ilf.io.labels import read_labels
+from ilf.io.images import read_labels
 from ilf.run.options import ExportOptions
 from ilf.run.record import read_record
 from ilf.sources.frame_ref import FrameRef

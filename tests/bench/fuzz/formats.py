@@ -9,8 +9,7 @@ from ilf.batch.cluster import scheduler_address
 from ilf.batch.pictures import read_preview
 from ilf.data.presets import read_preset
 from ilf.io.frame_additions import read_ground_truth
-from ilf.io.images import read_colour
-from ilf.io.labels import read_labels, read_mask
+from ilf.io.images import read_colour, read_labels, read_mask
 from ilf.run.record import read_record
 
 from . import program_seeds, readers, recording_seeds, seeds

@@ -20,7 +20,7 @@ from ilf.cli import main, output, parsing
 from ilf.cli.commands import COMMANDS, build_parser
 from ilf.errors import InputError
 from ilf.io.block_files import read_blocks, write_blocks
-from ilf.io.labels import encode_mask, read_labels
+from ilf.io.images import encode_mask, read_labels
 from ilf.run.record import read_record
 
 from ..small_frames import CAMERA, write_small_frame

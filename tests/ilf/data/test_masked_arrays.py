@@ -15,7 +15,7 @@ from ilf.evaluation.measuring import depth_profile, measure
 from ilf.evaluation.statistics import surface_statistics
 from ilf.io.block_files import write_blocks
 from ilf.io.depth import encode_expected_error, read_depth_values
-from ilf.io.labels import encode_mask, read_labels
+from ilf.io.images import encode_mask, read_labels
 
 SHAPE = 12, 16
 RGB = np.zeros((*SHAPE, 3), np.uint8)

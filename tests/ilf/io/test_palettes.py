@@ -12,8 +12,7 @@ from PIL import Image
 from ilf.errors import FormatError
 from ilf.io.block_files import read_blocks
 from ilf.io.frame_additions import read_confidence
-from ilf.io.images import read_colour
-from ilf.io.labels import read_labels, read_mask
+from ilf.io.images import read_colour, read_labels, read_mask
 
 INDICES = np.array([[0, 1, 1, 2], [0, 3, 3, 1]], np.uint8)
 COLOURS = {

@@ -7,7 +7,7 @@ import numpy as np
 
 import ilf
 from ilf.cli import main
-from ilf.io.labels import read_mask
+from ilf.io.images import read_mask
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 

@@ -12,7 +12,7 @@ import ilf
 from ilf.cli import main
 from ilf.errors import InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.io.labels import read_mask
+from ilf.io.images import read_mask
 from ilf.run.record import read_record
 
 from ..batch_frames import work_in_this_process

@@ -12,7 +12,7 @@ from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
 from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values
-from ilf.io.labels import encode_mask
+from ilf.io.images import encode_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256, read_record
 from ilf.run.replaying import Replay, file_problems

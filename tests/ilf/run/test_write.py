@@ -11,8 +11,7 @@ import ilf
 from ilf._runtime.formatting import counted
 from ilf.errors import ExportError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
-from ilf.io.images import read_colour
-from ilf.io.labels import read_labels
+from ilf.io.images import read_colour, read_labels
 from ilf.run import writing as space_files
 from ilf.run.options import ExportOptions
 from ilf.run.writing import check_write, filenames, write

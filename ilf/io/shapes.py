@@ -1,4 +1,4 @@
-"""Label maps as 16-bit PNG, masks, and conversion of overlapping shapes to label maps."""
+"""Shapes of other programs, which may overlap, as label maps: the smallest is on top; and folders of masks."""
 
 from __future__ import annotations
 
@@ -7,84 +7,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from .._runtime.files import FileSource, read_file
+from .._runtime.files import read_file
 from .._runtime.formatting import counted, natural
-from ..data.arrays import check_shape, plain_array
+from ..data.arrays import check_shape
 from ..data.blocks import BlockInfo, Blocks, Box, Region, block_colour, cropped, labels_in, union
-from ..errors import ExportError, FormatError, InputError
-from .images import encode_image, image_header, read_indices
-
-
-def encode_mask(mask: NDArray[np.bool_]) -> bytes:
-    """Return a mask (H, W) as 8-bit PNG, 255 where it is True."""
-    return encode_image(".png", 255 * plain_array(mask).astype(np.uint8))
-
-
-def read_mask(path: FileSource, shape: tuple[int, int] | None = None) -> NDArray[np.bool_]:
-    """Read a mask from an image with one channel of 8 or 16 bits, bool (H, W): True where it is not 0.
-
-    Parameters
-    ----------
-    path : path-like or FileContent
-    shape : (int, int), optional
-        Required (H, W).
-
-    Raises
-    ------
-    InputError, FormatError
-        As `read_labels`.
-    """
-    return read_labels(path, shape, what="mask") > 0
-
-
-def encode_labels(labels: ArrayLike) -> bytes:
-    """Return a label map as PNG; raises ExportError if the labels do not fit into 16 bits."""
-    return encode_image(".png", checked_for_writing(labels).astype(np.uint16))
-
-
-def checked_for_writing(labels: ArrayLike) -> NDArray[np.int32]:
-    """Return the label map as int32 (H, W); raise ExportError if it is invalid, or does not fit into 16 bits."""
-    array = plain_array(labels)
-    if array.ndim != 2 or array.size == 0 or array.dtype.kind not in "iu":
-        raise ExportError(f"Labels must be integers with shape (H, W), not {array.dtype} {array.shape}.")
-    if array.min() < 0 or array.max() > 65535:
-        raise ExportError(f"Labels to write must be 0 to 65535, not {array.min()} to {array.max()}. Renumber them.")
-    return array.astype(np.int32)
-
-
-def read_labels(
-    path: FileSource, shape: tuple[int, int] | None = None, *, what: str = "label map"
-) -> NDArray[np.int32]:
-    """Read a label map from a PNG with 8 or 16 bits, int32 (H, W); 0 = no block. The labels of a PNG with a palette are
-    its indices.
-
-    Parameters
-    ----------
-    path : path-like or FileContent
-    shape : (int, int), optional
-        Required (H, W).
-    what : str
-        Its name in messages.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist or its size differs from `shape`.
-    FormatError
-        If it is damaged or not a label map.
-    """
-    image = read_indices(path)
-    if image.ndim != 2 or image.dtype.kind != "u" or image.dtype.itemsize > 2:
-        wanted = f"{path}: a {what} must have one channel with 8 or 16 bits, not {image.dtype} {image.shape}"
-        raise FormatError(f"{wanted}. Export the values themselves, not a coloured image of them.")
-    if shape is not None:
-        check_shape(f"{path}: the {what}", image.shape, shape, remedy=f"Use the {what} of this frame.")
-    return image.astype(np.int32)
-
-
-# Conversion of masks that may overlap, from files of other programs, to a label map: the smallest is on top.
+from ..errors import InputError
+from .images import image_header, read_indices
 
 LARGEST_LABEL = 65535
 """Label maps are written with 16 bits."""
