@@ -113,7 +113,7 @@ class FolderSink(Sink):
         folder = self.folder_of(frame)
         options, _ = drop_impossible(self.settings.options, run)
         (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
-        written = write(folder, run, completion, options)
+        written = write(folder, run, completion, options, error=error)
         preview = write_preview(folder, run.frame, completion.depth, self.levels)
         steady = files_of(reading.frame) if self.settings.steady else ()
         facts = {

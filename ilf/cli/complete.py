@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from ..completion.confidence.expected_error import expected_error
 from ..run.formats import Export
 from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
@@ -71,14 +72,15 @@ def run(arguments: argparse.Namespace) -> None:
     completion = completed(run, shown=shows_progress(arguments))
     seconds = time.perf_counter() - started
     verdict = () if again is None else again.verdict(completion)
-    written = write(folder, run, completion, options)
+    error = expected_error(completion) if options.expected_error else None
+    written = write(folder, run, completion, options, error=error)
     notes = [*told, *run.blocks.notes, *completion.notes, *verdict, *written.notes]
     warn(notes)
     for export in exports:
         warn(export.write(completion))
     if arguments.quiet and not arguments.json:
         return
-    errors = errors_of(completion)
+    errors = errors_of(completion, error)
     record = completion_record(
         completion,
         errors,

@@ -203,6 +203,7 @@ def write(
     completion: Completion,
     options: ExportOptions | None = None,
     *,
+    error: NDArray[np.float32] | None = None,
     overwrite: bool = True,
 ) -> Written:
     """Write the selected files into a folder: all of them, or none.
@@ -220,6 +221,8 @@ def write(
         Result of the run.
     options : ExportOptions, optional
         The defaults if left out.
+    error : ndarray of float32, shape (H, W), optional
+        Its expected error [m], if that is known already.
     overwrite : bool
         Whether files of an earlier export may be replaced.
 
@@ -249,9 +252,12 @@ def write(
     chosen, target = options or ExportOptions(), Path(folder).absolute()
     check_write(target, run, chosen, overwrite=overwrite)
     names = filenames(run, chosen)
-    error = unsupported_mask = None
+    unsupported_mask = None
     if chosen.expected_error and (chosen.depth_formats or chosen.cloud or chosen.mesh):
-        error, unsupported_mask = expected_error(completion), unsupported(completion)
+        error = expected_error(completion) if error is None else error
+        unsupported_mask = unsupported(completion)
+    else:
+        error = None
     image = colour_path(target, run, chosen) if chosen.exports else ""
     made = contents(completion, chosen, error, unsupported_mask, image)
     notes = list(_notes(completion, chosen, unsupported_mask))
