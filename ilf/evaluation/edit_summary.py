@@ -14,7 +14,7 @@ from ..data.results import Completion
 from ..errors import InputError
 from ..run.run import Run
 from ..segmentation.editing.patches import LabelPatch
-from .ties import margin_of_mean
+from .evaluation import margin_of_mean
 
 _BAND = 5
 """Known depth is hidden up to this distance [px] from the pixels that have changed blocks. All of it is hidden: a few

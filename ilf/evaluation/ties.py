@@ -2,58 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from .._runtime.formatting import millimetres
-from .evaluation import Evaluated
-
-_CELL = 16
-"""Side [px] of the squares whose errors count as one observation: errors of neighbouring pixels are alike."""
-
-_PROBABILITY = 0.95
-"""Probability that the true mean lies within the margin."""
-
-
-def margin_of_mean(values: Sequence[NDArray[np.floating]], places: Sequence[NDArray[np.intp]], width: int) -> float:
-    """Half the width of the 95 % confidence interval of the mean of values at pixels, over several frames.
-
-    Parameters
-    ----------
-    values : sequence of ndarray of float, shape (N,)
-        One array per frame.
-    places : sequence of ndarray of int, shape (N,)
-        The flat indices of their pixels.
-    width : int
-        Width of the frames [px].
-
-    Returns
-    -------
-    float
-        In the unit of the values; infinite if the pixels lie in fewer than two squares of 16 px.
-
-    Examples
-    --------
-    >>> margin_of_mean([np.array([1.0, 1.0, 3.0, 3.0])], [np.array([0, 1, 20, 21])], 64) > 10
-    True
-    """
-    sums, sizes = [], []
-    mean = sum(float(part.sum(dtype=np.float64)) for part in values) / max(sum(part.size for part in values), 1)
-    for part, at in zip(values, places, strict=True):
-        rows, columns = np.divmod(at, width)
-        cells = rows // _CELL * (width // _CELL + 1) + columns // _CELL
-        sums.append(np.bincount(cells, part.astype(np.float64) - mean)[np.bincount(cells) > 0])
-        sizes.append(part.size)
-    count = sum(part.size for part in sums)
-    if count < 2:
-        return math.inf
-    deviation = math.sqrt(sum(float(np.sum(part**2)) for part in sums) * count / (count - 1)) / sum(sizes)
-    return float(stdtrit(count - 1, (1 + _PROBABILITY) / 2)) * deviation
+from .evaluation import Evaluated, margin_of_mean
 
 
 @dataclass(frozen=True)

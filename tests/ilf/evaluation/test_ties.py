@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from ilf.evaluation.evaluation import Evaluated, PixelErrors
-from ilf.evaluation.ties import find_ties, margin_of_mean
+from ilf.evaluation.evaluation import Evaluated, PixelErrors, margin_of_mean
+from ilf.evaluation.ties import find_ties
 
 SHAPE = 120, 160
 PLACES = np.arange(0, SHAPE[0] * SHAPE[1], 3)
