@@ -154,7 +154,7 @@ Errors = tuple[Evaluation | None, Mapping[int, Evaluation]]
 """Errors of a completion against ground truth, and those of its blocks by label; None and nothing without any."""
 
 
-def errors_of(completion: Completion, error: NDArray[np.float32] | None) -> Errors:
+def errors_of(completion: Completion, error: NDArray[np.float32] | None = None) -> Errors:
     """Evaluate a completion, with its expected error [m] if that is known, against its frame's ground truth, if any."""
     frame = completion.frame
     if frame.ground_truth is None:
