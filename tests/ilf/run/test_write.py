@@ -180,6 +180,8 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
         f"Unsupported by measurements: {counted(count, 'pixel')}, see unsupported.png.",
     )
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)
+    write(out, run, completion, BARE, error=2 * expected)
+    np.testing.assert_array_equal(np.load(out / "expected_error.npy"), 2 * expected, "a known error is not estimated")
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)
     assert filenames(run, no_files) == ("run.json",)
 
