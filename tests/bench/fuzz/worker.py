@@ -5,6 +5,7 @@ python -m tests.bench.fuzz.worker FORMAT SEED FIRST LAST FOLDER [KEEP]
 
 import json
 import os
+import re
 import resource
 import signal
 import sys
@@ -86,6 +87,8 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         path.parent.mkdir(parents=True, exist_ok=True)  # an autosave without work is removed
         path.unlink(missing_ok=True)  # otherwise some file systems wait for the disk
         path.write_bytes(content)
+        del content
+        _forget_peak()
         begun = time.perf_counter()
         signal.alarm(END)
         kind, what = outcome(form, path)
@@ -96,7 +99,7 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
         elif _peak() > PEAK:
             kind, what = "memory", f"more than {PEAK / 1e6:.0f} MB, {kind}: {what}"
         if keep is not None and kind not in {"ok", "told"}:
-            (keep / f"{form.name}-{number}{path.suffix}").write_bytes(content)
+            (keep / f"{form.name}-{number}{path.suffix}").write_bytes(case(form, seeds, seed, number))
         line = {"case": number, "kind": kind, "what": what if kind != "ok" else "", "seconds": took}
         print(json.dumps(line), file=out, flush=True)
         if kind == "memory":
@@ -105,9 +108,16 @@ def work(form: Format, seed: int, first: int, last: int, place: Path, keep: Path
     print(json.dumps({"peak": _peak()}), file=out, flush=True)
 
 
+def _forget_peak() -> None:
+    """Let the maximum memory of this process begin anew: making a file may have taken more than reading it does."""
+    Path("/proc/self/clear_refs").write_text("5")
+
+
 def _peak() -> int:
     """Maximum memory of this process, or of a child that has ended [bytes]."""
-    return max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) * 1024
+    own = re.search(r"VmHWM:\s*(\d+) kB", Path("/proc/self/status").read_text())
+    assert own is not None
+    return max(int(own[1]), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss) * 1024
 
 
 def main() -> None:
