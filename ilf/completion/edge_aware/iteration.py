@@ -25,6 +25,7 @@ from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
+from ..rims import joined_at_jumps
 from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, pixels_in_window
@@ -392,7 +393,9 @@ class EdgeAwareIteration(Stepper):
     def _run(self) -> Iterator[_Step]:
         """All stages: for every iteration its grid, P_i on it minus the trend, and the sums of the step."""
         if self._denoising is None:
-            yield from self._fill()
+            u = yield from self._fill()
+            if math.isfinite(self._jump):
+                self._current = self._finest, self._joined(u)
         else:
             yield from self._denoise(self._finest, self._denoising)
         self.settled = True
@@ -424,6 +427,13 @@ class EdgeAwareIteration(Stepper):
                 weights.weaken(u, np.full(u.shape, self._jump, np.float32), _SLOPE_JUMPS)
                 u = yield from self._descend(finest, self._energy(finest, weights), u, _ROUND_STEPS)
         return u
+
+    def _joined(self, u: Array) -> Array:
+        """The surface with gaps among scattered samples joined to one side of a jump, but not across drawn borders."""
+        grid = self._finest
+        depth = np.where(grid.counts > 0, grid.start + grid.trend, np.float32(np.nan))
+        free = None if grid.cut_links is None else grid.cut_links.uncut
+        return joined_at_jumps(u + grid.trend, depth, free) - grid.trend
 
     def _denoise(self, grid: Grid, known: Denoising) -> Iterator[_Step]:
         """Fill the gaps first, unless the trend already explains all known depth, then run the denoising rounds."""
