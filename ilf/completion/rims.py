@@ -1,8 +1,7 @@
-"""Gaps at jumps, where the filter draws a ramp from one surface to the other, and follows all wrong samples.
+"""Rims of gaps at jumps: the first pixels beside measured surfaces, where an outline lies within reach.
 
-Rims are the first pixels beside measured surfaces, where an outline lies within reach. Colour shows on which of the
-surfaces they lie: depth is that of `colourisation`, solved around these pixels only. Among scattered samples, depth
-itself contains the jump, more exactly than colour: pixels lie on the surface of most of those around them.
+There the filter draws a ramp from one surface to the other, and follows all wrong samples of the outline. Colour shows
+on which of the surfaces a pixel lies: depth is that of `colourisation`, solved around these pixels only.
 """
 
 from __future__ import annotations
@@ -18,14 +17,15 @@ from .._runtime.long_work import check_cancelled
 from ..data.blocks import Block, bounds, grown, moved, within
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.pixel_grids import filled_from_nearest, strips
+from ..data.pixel_grids import contrast, filled_from_nearest, strips
 from .edge_aware.view import WELL_KNOWN, flying_pixels
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 _SURFACE = np.ones((3, 3), np.uint8)
-"""Measured surfaces are squares of 3 x 3 px that are all known. Scattered samples are none."""
+"""Measured surfaces are squares of 3 x 3 px that are all known. Scattered samples are none: among them, depth itself
+contains the jumps."""
 
 _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
@@ -133,17 +133,10 @@ def _rims(frame: RGBDFrame) -> Mask:
         known = np.isfinite(depth)
         surfaces = cv2.morphologyEx((known & ~flying[wider]).view(np.uint8), cv2.MORPH_OPEN, _SURFACE).view(bool)
         beside = cv2.distanceTransform((~surfaces).view(np.uint8), cv2.DIST_L2, 5) <= _RIM
-        rims = ~known & beside & (_contrast(depth, surfaces, _REACH) > _JUMP)
+        rims = ~known & beside & (contrast(depth, surfaces, _REACH) > _JUMP)
         rims[rims] = _have_steps(np.where(surfaces, depth, np.float32(np.nan)), np.argwhere(rims))
         found[rows] = rims[inner]
     return found
-
-
-def _contrast(depth: Array, known: Mask, around: NDArray[np.uint8]) -> Array:
-    """Ratio of the farthest known depth around each pixel to the nearest; 0 without any."""
-    farthest = cv2.dilate(np.where(known, depth, np.float32(0)), around)
-    nearness = cv2.dilate(np.divide(1, depth, out=np.zeros_like(depth), where=known), around)
-    return np.asarray(farthest * nearness)
 
 
 def _have_steps(depth: Array, places: NDArray[np.intp]) -> Mask:
@@ -157,50 +150,6 @@ def _have_steps(depth: Array, places: NDArray[np.intp]) -> Mask:
         ordered = np.sort(padded.ravel()[at[part] + around[:, np.newaxis]], axis=0)  # NaN last
         found[part] = (ordered[1:] > np.float32(_STEP) * ordered[:-1]).any(axis=0)
     return found
-
-
-# Scattered samples.
-
-_APART, _BETWEEN = 1.03, np.ones((5, 5), np.uint8)
-"""Ratio of the farthest known depth around a pixel to the nearest above which it is joined to one of the two."""
-
-_DENSE = np.ones((7, 7), np.uint8)
-"""Rims are nearer to measured surfaces than this reaches."""
-
-_JOINS = 10
-"""Number of medians, each of those before."""
-
-
-def joined_at_jumps(surface: Array, depth: Array, free: Mask | None = None) -> Array:
-    """Replace filtered depth in gaps at jumps among scattered samples by medians of the four pixels around.
-
-    The median is the mean of the middle two: the surface of most of them, or the middle where they are tied. On a plane
-    it changes nothing.
-
-    Parameters
-    ----------
-    surface : ndarray of float32, shape (H, W)
-        Filtered depth [m] of all pixels.
-    depth : ndarray of float32, shape (H, W)
-        Known depth [m], NaN = missing.
-    free : ndarray of bool, shape (H, W), optional
-        Pixels that may change.
-    """
-    known = np.isfinite(depth)
-    dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _DENSE)
-    changed = ~known & (dense == 0)
-    if free is not None:
-        changed &= free
-    if not changed.any():
-        return surface
-    changed &= _contrast(depth, known, _BETWEEN) > _APART
-    result = np.pad(surface, 1, mode="edge")
-    values, places = result.ravel(), np.flatnonzero(np.pad(changed, 1))
-    around = places + np.array([[-result.shape[1]], [-1], [1], [result.shape[1]]])
-    for _ in range(_JOINS):
-        four = values[around]
-        values[places] = np.float32(0.5) * (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0))
-    return np.ascontiguousarray(result[1:-1, 1:-1])
 
 
 # The weights of colourisation: pixels of similar colour have similar depth.

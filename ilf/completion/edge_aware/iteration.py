@@ -23,9 +23,9 @@ from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
 from ...data.parameters import Parameters
+from ...data.pixel_grids import contrast
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
-from ..rims import joined_at_jumps
 from ..stepper import Snapshot, Stepper
 from .fitted_guide import fit_guide
 from .grid import Grid, Pixels, pixels_in_window
@@ -35,6 +35,7 @@ from .smoothness import SmoothnessEnergy, Sums, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 # Denoising of known depth, in the mode fill+denoise: as stiff as the noise requires, and not across jumps.
 #
@@ -176,6 +177,50 @@ class Denoising:
         # the requested smoothness does not change what counts as a jump
         stiffness = np.float32(max(self.bending * times * self.grain, 1e-6))
         return power * (stiffness**-0.75 / 4)
+
+
+# Gaps at jumps among scattered samples, where the surface is a ramp: each pixel joins most of those around it.
+
+_APART, _BETWEEN = 1.03, np.ones((5, 5), np.uint8)
+"""Ratio of the farthest known depth around a pixel to the nearest above which it joins one of the two."""
+
+_SURFACE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
+"""Squares that are all known are no scattered samples, nor what is this near to one: there, colour is followed."""
+
+_JOINS = 10
+"""Number of times that the pixels join those around them."""
+
+
+def joined_at_jumps(surface: Array, depth: Array, free: Mask | None = None) -> Array:
+    """Replace filtered depth in gaps at jumps among scattered samples by medians of the four pixels around.
+
+    The median is the mean of the middle two: the surface of most of them, or the middle where they are tied. On a plane
+    it changes nothing.
+
+    Parameters
+    ----------
+    surface : ndarray of float32, shape (H, W)
+        Filtered depth [m] of all pixels.
+    depth : ndarray of float32, shape (H, W)
+        Known depth [m], NaN = missing.
+    free : ndarray of bool, shape (H, W), optional
+        Pixels that may change.
+    """
+    known = np.isfinite(depth)
+    dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _BESIDE)
+    changed = ~known & (dense == 0)
+    if free is not None:
+        changed &= free
+    changed[[0, -1]] = changed[:, [0, -1]] = False
+    if not changed.any():
+        return surface
+    changed &= contrast(depth, known, _BETWEEN) > _APART
+    values, places = surface.flatten(), np.flatnonzero(changed)
+    around = places + np.array([[-surface.shape[1]], [-1], [1], [surface.shape[1]]])
+    for _ in range(_JOINS):
+        four = values[around]
+        values[places] = np.float32(0.5) * (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0))
+    return values.reshape(surface.shape)
 
 
 # The iteration: grids from the coarsest to the finest, then rounds that weaken links at jumps or remove noise.

@@ -1,11 +1,14 @@
-"""Rims of gaps at jumps: depth is that of the side that colour says; all else is the filter's."""
+"""Gaps at jumps: at rims, depth is that of the side that colour says, among scattered samples that of most of those
+around; all else is the filter's."""
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 import ilf
+from ilf.completion.edge_aware.iteration import joined_at_jumps
 from ilf.completion.rims import depth_at_rims
 from ilf.data.blocks import Block
 from ilf.segmentation.editing.patches import border_pixels
@@ -87,6 +90,37 @@ def test_a_large_frame_in_strips_has_the_same_depth():
 def test_elsewhere_it_is_the_filters(depth, missing, changes):
     completed, filtered = both(frame_of(depth, missing), **changes)
     np.testing.assert_allclose(completed, filtered, rtol=1e-6)
+
+
+SAMPLES = np.random.default_rng(1).random(SHAPE) < 0.43
+ROWS = np.indices(SHAPE)[0]
+
+
+@pytest.mark.parametrize(
+    "near", [COLUMNS + ROWS // 2 < 40, np.hypot(COLUMNS - 32, ROWS - 24) < 15], ids=["line", "disk"]
+)
+def test_among_scattered_samples_pixels_on_a_ramp_join_one_side_of_a_jump(near):
+    exact = np.where(near, 1.0, 2.0).astype(np.float32)
+    ramp = cv2.blur(exact, (5, 5))
+    depth = np.where(SAMPLES, exact, np.float32(np.nan))
+    joined = joined_at_jumps(np.where(SAMPLES, exact, ramp), depth)
+    before, after = (np.square(found - exact).mean() for found in (np.where(SAMPLES, exact, ramp), joined))
+    assert after < 0.8 * before
+
+
+def test_among_scattered_samples_planes_stay_and_so_do_pixels_without_a_jump():
+    plane = (1 + 0.02 * COLUMNS + 0.01 * ROWS).astype(np.float32)
+    depth = np.where(SAMPLES, plane, np.float32(np.nan))
+    np.testing.assert_allclose(joined_at_jumps(plane, depth), plane, atol=1e-5)
+    rough = (1 + 0.01 * SAMPLES).astype(np.float32)
+    assert np.array_equal(joined_at_jumps(rough, np.where(SAMPLES, rough, np.float32(np.nan))), rough)
+
+
+def test_among_scattered_samples_no_depth_crosses_a_border_drawn_by_hand():
+    labels = np.where(COLUMNS < 32 + 4 * (ROWS % 2), 1, 2).astype(np.int32)
+    blocks = ilf.Blocks(labels, drawn=border_pixels(labels))
+    completed = ilf.complete(frame_of(1.0 * labels, ~SAMPLES), blocks, correction=False).depth
+    np.testing.assert_allclose(completed, labels, atol=1e-3)
 
 
 def test_depth_does_not_cross_borders_drawn_by_hand():
