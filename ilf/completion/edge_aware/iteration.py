@@ -22,8 +22,9 @@ from ..._runtime.compiling import inner
 from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
+from ...data.frame_cache import once_per_frame
 from ...data.parameters import Parameters
-from ...data.pixel_grids import contrast
+from ...data.pixel_grids import contrast, strips
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot, Stepper
@@ -187,12 +188,26 @@ _APART, _BETWEEN = 1.03, np.ones((5, 5), np.uint8)
 _SURFACE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
 """Squares that are all known are no scattered samples, nor what is this near to one: there, colour is followed."""
 
-_JOINS = 10
-"""Number of times that the pixels join those around them."""
+_JOINS, _HALO, _ROWS = 10, 8, 512
+"""Number of times that pixels join those around them; rows beside others that matter, and rows searched together."""
 
 
-def joined_at_jumps(surface: Array, depth: Array, free: Mask | None = None) -> Array:
-    """Replace filtered depth in gaps at jumps among scattered samples by medians of the four pixels around.
+@once_per_frame
+def scattered_gaps(frame: RGBDFrame) -> Mask:
+    """Find missing pixels among scattered samples with a jump around, bool (H, W)."""
+    found = np.zeros(frame.shape, bool)
+    for rows, wider, inner in strips(len(found), _HALO, _ROWS):
+        depth = frame.depth[wider]
+        known = np.isfinite(depth)
+        dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _BESIDE)
+        gaps = ~known & (dense == 0)
+        if gaps.any():
+            found[rows] = (gaps & (contrast(depth, known, _BETWEEN) > _APART))[inner]
+    return found
+
+
+def joined(surface: Array, changed: Mask) -> Array:
+    """Replace some pixels, none of them in the first or last row or column, by medians of the four around, repeatedly.
 
     The median is the mean of the middle two: the surface of most of them, or the middle where they are tied. On a plane
     it changes nothing.
@@ -200,26 +215,15 @@ def joined_at_jumps(surface: Array, depth: Array, free: Mask | None = None) -> A
     Parameters
     ----------
     surface : ndarray of float32, shape (H, W)
-        Filtered depth [m] of all pixels.
-    depth : ndarray of float32, shape (H, W)
-        Known depth [m], NaN = missing.
-    free : ndarray of bool, shape (H, W), optional
-        Pixels that may change.
+    changed : ndarray of bool, shape (H, W)
     """
-    known = np.isfinite(depth)
-    dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _BESIDE)
-    changed = ~known & (dense == 0)
-    if free is not None:
-        changed &= free
-    changed[[0, -1]] = changed[:, [0, -1]] = False
-    if not changed.any():
-        return surface
-    changed &= contrast(depth, known, _BETWEEN) > _APART
-    values, places = surface.flatten(), np.flatnonzero(changed)
-    around = places + np.array([[-surface.shape[1]], [-1], [1], [surface.shape[1]]])
+    values, places, row = surface.flatten(), np.flatnonzero(changed), surface.shape[1]
+    around = [places + step for step in (-row, -1, 1, row)]
     for _ in range(_JOINS):
-        four = values[around]
-        values[places] = np.float32(0.5) * (four.sum(axis=0) - four.max(axis=0) - four.min(axis=0))
+        above, left, right, below = (values[there] for there in around)
+        lower = np.maximum(np.minimum(above, below), np.minimum(left, right))
+        upper = np.minimum(np.maximum(above, below), np.maximum(left, right))
+        values[places] = np.float32(0.5) * (lower + upper)
     return values.reshape(surface.shape)
 
 
@@ -476,9 +480,12 @@ class EdgeAwareIteration(Stepper):
     def _joined(self, u: Array) -> Array:
         """The surface with gaps among scattered samples joined to one side of a jump, but not across drawn borders."""
         grid = self._finest
-        depth = np.where(grid.counts > 0, grid.start + grid.trend, np.float32(np.nan))
-        free = None if grid.cut_links is None else grid.cut_links.uncut
-        return joined_at_jumps(u + grid.trend, depth, free) - grid.trend
+        own = cv2.dilate(grid.inside, _SURFACE) > 0
+        changed = scattered_gaps(self._frame)[self._window] & own & (grid.counts == 0)
+        if grid.cut_links is not None:
+            changed &= grid.cut_links.uncut
+        changed[[0, -1]] = changed[:, [0, -1]] = False
+        return joined(u + grid.trend, changed) - grid.trend if changed.any() else u
 
     def _denoise(self, grid: Grid, known: Denoising) -> Iterator[_Step]:
         """Fill the gaps first, unless the trend already explains all known depth, then run the denoising rounds."""
