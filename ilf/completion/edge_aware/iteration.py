@@ -196,13 +196,13 @@ _JOINS, _HALO, _ROWS = 10, 8, 512
 def scattered_gaps(frame: RGBDFrame) -> Mask:
     """Find missing pixels among scattered samples with a jump around, bool (H, W)."""
     found = np.zeros(frame.shape, bool)
-    for rows, wider, inner in strips(len(found), _HALO, _ROWS):
+    for rows, wider, middle in strips(len(found), _HALO, _ROWS):
         depth = frame.depth[wider]
         known = np.isfinite(depth)
         dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _BESIDE)
         gaps = ~known & (dense == 0)
         if gaps.any():
-            found[rows] = (gaps & (contrast(depth, known, _BETWEEN) > _APART))[inner]
+            found[rows] = (gaps & (contrast(depth, known, _BETWEEN) > _APART))[middle]
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ilf
-from ilf.completion.edge_aware.iteration import joined_at_jumps
+from ilf.completion.edge_aware.iteration import joined, scattered_gaps
 from ilf.completion.rims import depth_at_rims
 from ilf.data.blocks import Block
 from ilf.segmentation.editing.patches import border_pixels
@@ -94,6 +94,7 @@ def test_elsewhere_it_is_the_filters(depth, missing, changes):
 
 SAMPLES = np.random.default_rng(1).random(SHAPE) < 0.43
 ROWS = np.indices(SHAPE)[0]
+INSIDE = np.pad(np.ones((SHAPE[0] - 2, SHAPE[1] - 2), bool), 1)
 
 
 @pytest.mark.parametrize(
@@ -101,19 +102,29 @@ ROWS = np.indices(SHAPE)[0]
 )
 def test_among_scattered_samples_pixels_on_a_ramp_join_one_side_of_a_jump(near):
     exact = np.where(near, 1.0, 2.0).astype(np.float32)
-    ramp = cv2.blur(exact, (5, 5))
-    depth = np.where(SAMPLES, exact, np.float32(np.nan))
-    joined = joined_at_jumps(np.where(SAMPLES, exact, ramp), depth)
-    before, after = (np.square(found - exact).mean() for found in (np.where(SAMPLES, exact, ramp), joined))
+    ramp = np.where(SAMPLES, exact, cv2.blur(exact, (5, 5)))
+    gaps = scattered_gaps(frame_of(exact, ~SAMPLES))
+    assert not (gaps & SAMPLES).any()
+    before, after = (np.square(found - exact).mean() for found in (ramp, joined(ramp, gaps & INSIDE)))
     assert after < 0.8 * before
 
 
-def test_among_scattered_samples_planes_stay_and_so_do_pixels_without_a_jump():
+def test_among_scattered_samples_planes_stay():
     plane = (1 + 0.02 * COLUMNS + 0.01 * ROWS).astype(np.float32)
-    depth = np.where(SAMPLES, plane, np.float32(np.nan))
-    np.testing.assert_allclose(joined_at_jumps(plane, depth), plane, atol=1e-5)
-    rough = (1 + 0.01 * SAMPLES).astype(np.float32)
-    assert np.array_equal(joined_at_jumps(rough, np.where(SAMPLES, rough, np.float32(np.nan))), rough)
+    np.testing.assert_allclose(joined(plane, INSIDE), plane, atol=1e-5)
+
+
+@pytest.mark.parametrize("samples", [SAMPLES, ROWS < 20], ids=["no jump", "beside a surface"])
+def test_other_gaps_are_none_among_scattered_samples(samples):
+    depth = 1 + 0.005 * SAMPLES if samples is SAMPLES else STEP
+    assert not scattered_gaps(frame_of(depth, ~samples))[:22].any()
+
+
+def test_a_completed_jump_among_scattered_samples_is_joined():
+    frame = frame_of(np.where(COLUMNS + ROWS // 2 < 40, 1.0, 2.0), ~SAMPLES)
+    gaps = scattered_gaps(frame) & INSIDE
+    completed = ilf.complete(frame, ONE, correction=False).depth
+    np.testing.assert_allclose(joined(completed, gaps), completed, atol=0.1)
 
 
 def test_among_scattered_samples_no_depth_crosses_a_border_drawn_by_hand():
