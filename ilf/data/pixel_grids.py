@@ -453,6 +453,22 @@ def spread(values: NDArray[Scalar], waiting: NDArray[np.bool_], passages: Pairs,
     return found.reshape(values.shape)
 
 
+def contrast(values: Array, known: NDArray[np.bool_], around: NDArray[np.integer | np.floating]) -> Array:
+    """Return the ratio of the largest known value around each pixel to the smallest, float32 (H, W); 0 without any.
+
+    Parameters
+    ----------
+    values : (H, W) float32
+        Positive where `known` is True.
+    known : (H, W) bool
+    around : ndarray
+        Structuring element.
+    """
+    largest = cv2.dilate(np.where(known, values, np.float32(0)), around)
+    inverse = cv2.dilate(np.divide(1, values, out=np.zeros_like(values), where=known), around)
+    return np.asarray(largest * inverse, np.float32)
+
+
 # Halving and doubling the grid of an image.
 
 

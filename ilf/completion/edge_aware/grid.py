@@ -61,6 +61,14 @@ class CutLinks:
         height, width = self.inside.shape
         return self.inside | whole.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
 
+    @property
+    def uncut(self) -> Mask:
+        """Cells with all of their links."""
+        result = self.right & self.down
+        result[:, 1:] &= self.right[:, :-1]
+        result[1:] &= self.down[:-1]
+        return result
+
     def halved(self) -> CutLinks:
         """The cut links of the next level, with cells of twice the size."""
         inside, kept = _even(self.inside), _even(self.kept)

@@ -22,7 +22,9 @@ from ..._runtime.compiling import inner
 from ...data.blocks import Block
 from ...data.by_hand import DepthByHand
 from ...data.frame import RGBDFrame
+from ...data.frame_cache import once_per_frame
 from ...data.parameters import Parameters
+from ...data.pixel_grids import contrast, strips
 from ...data.results import EdgeAwareRecord, deviation
 from ...segmentation.edges.frame_edges import FrameEdges
 from ..stepper import Snapshot, Stepper
@@ -34,6 +36,7 @@ from .smoothness import SmoothnessEnergy, Sums, Weights
 from .view import NEAREST, WIDE, View
 
 Array = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 # Denoising of known depth, in the mode fill+denoise: as stiff as the noise requires, and not across jumps.
 #
@@ -175,6 +178,53 @@ class Denoising:
         # the requested smoothness does not change what counts as a jump
         stiffness = np.float32(max(self.bending * times * self.grain, 1e-6))
         return power * (stiffness**-0.75 / 4)
+
+
+# Gaps at jumps among scattered samples, where the surface is a ramp: each pixel joins most of those around it.
+
+_APART, _BETWEEN = 1.03, np.ones((5, 5), np.uint8)
+"""Ratio of the farthest known depth around a pixel to the nearest above which it joins one of the two."""
+
+_SURFACE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
+"""Squares that are all known are no scattered samples, nor what is this near to one: there, colour is followed."""
+
+_JOINS, _HALO, _ROWS = 10, 8, 512
+"""Number of times that pixels join those around them; rows beside others that matter, and rows searched together."""
+
+
+@once_per_frame
+def scattered_gaps(frame: RGBDFrame) -> Mask:
+    """Find missing pixels among scattered samples with a jump around, bool (H, W)."""
+    found = np.zeros(frame.shape, bool)
+    for rows, wider, middle in strips(len(found), _HALO, _ROWS):
+        depth = frame.depth[wider]
+        known = np.isfinite(depth)
+        dense = cv2.dilate(cv2.morphologyEx(known.view(np.uint8), cv2.MORPH_OPEN, _SURFACE), _BESIDE)
+        gaps = ~known & (dense == 0)
+        if gaps.any():
+            found[rows] = (gaps & (contrast(depth, known, _BETWEEN) > _APART))[middle]
+    return found
+
+
+def joined(surface: Array, changed: Mask) -> Array:
+    """Replace some pixels, none of them in the first or last row or column, by medians of the four around, repeatedly.
+
+    The median is the mean of the middle two: the surface of most of them, or the middle where they are tied. On a plane
+    it changes nothing.
+
+    Parameters
+    ----------
+    surface : ndarray of float32, shape (H, W)
+    changed : ndarray of bool, shape (H, W)
+    """
+    values, places, row = surface.flatten(), np.flatnonzero(changed), surface.shape[1]
+    around = [places + step for step in (-row, -1, 1, row)]
+    for _ in range(_JOINS):
+        above, left, right, below = (values[there] for there in around)
+        lower = np.maximum(np.minimum(above, below), np.minimum(left, right))
+        upper = np.minimum(np.maximum(above, below), np.maximum(left, right))
+        values[places] = np.float32(0.5) * (lower + upper)
+    return values.reshape(surface.shape)
 
 
 # The iteration: grids from the coarsest to the finest, then rounds that weaken links at jumps or remove noise.
@@ -392,7 +442,9 @@ class EdgeAwareIteration(Stepper):
     def _run(self) -> Iterator[_Step]:
         """All stages: for every iteration its grid, P_i on it minus the trend, and the sums of the step."""
         if self._denoising is None:
-            yield from self._fill()
+            u = yield from self._fill()
+            if math.isfinite(self._jump):
+                self._current = self._finest, self._joined(u)
         else:
             yield from self._denoise(self._finest, self._denoising)
         self.settled = True
@@ -424,6 +476,16 @@ class EdgeAwareIteration(Stepper):
                 weights.weaken(u, np.full(u.shape, self._jump, np.float32), _SLOPE_JUMPS)
                 u = yield from self._descend(finest, self._energy(finest, weights), u, _ROUND_STEPS)
         return u
+
+    def _joined(self, u: Array) -> Array:
+        """The surface with gaps among scattered samples joined to one side of a jump, but not across drawn borders."""
+        grid = self._finest
+        own = cv2.dilate(grid.inside, _SURFACE) > 0
+        changed = scattered_gaps(self._frame)[self._window] & own & (grid.counts == 0)
+        if grid.cut_links is not None:
+            changed &= grid.cut_links.uncut
+        changed[[0, -1]] = changed[:, [0, -1]] = False
+        return joined(u + grid.trend, changed) - grid.trend if changed.any() else u
 
     def _denoise(self, grid: Grid, known: Denoising) -> Iterator[_Step]:
         """Fill the gaps first, unless the trend already explains all known depth, then run the denoising rounds."""

@@ -1,11 +1,14 @@
-"""Rims of gaps at jumps: depth is that of the side that colour says; all else is the filter's."""
+"""Gaps at jumps: at rims, depth is that of the side that colour says, among scattered samples that of most of those
+around; all else is the filter's."""
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 import ilf
+from ilf.completion.edge_aware.iteration import joined, scattered_gaps
 from ilf.completion.rims import depth_at_rims
 from ilf.data.blocks import Block
 from ilf.segmentation.editing.patches import border_pixels
@@ -87,6 +90,48 @@ def test_a_large_frame_in_strips_has_the_same_depth():
 def test_elsewhere_it_is_the_filters(depth, missing, changes):
     completed, filtered = both(frame_of(depth, missing), **changes)
     np.testing.assert_allclose(completed, filtered, rtol=1e-6)
+
+
+SAMPLES = np.random.default_rng(1).random(SHAPE) < 0.43
+ROWS = np.indices(SHAPE)[0]
+INSIDE = np.pad(np.ones((SHAPE[0] - 2, SHAPE[1] - 2), bool), 1)
+
+
+@pytest.mark.parametrize(
+    "near", [COLUMNS + ROWS // 2 < 40, np.hypot(COLUMNS - 32, ROWS - 24) < 15], ids=["line", "disk"]
+)
+def test_among_scattered_samples_pixels_on_a_ramp_join_one_side_of_a_jump(near):
+    exact = np.where(near, 1.0, 2.0).astype(np.float32)
+    ramp = np.where(SAMPLES, exact, cv2.blur(exact, (5, 5)))
+    gaps = scattered_gaps(frame_of(exact, ~SAMPLES))
+    assert not (gaps & SAMPLES).any()
+    before, after = (np.square(found - exact).mean() for found in (ramp, joined(ramp, gaps & INSIDE)))
+    assert after < 0.8 * before
+
+
+def test_among_scattered_samples_planes_stay():
+    plane = (1 + 0.02 * COLUMNS + 0.01 * ROWS).astype(np.float32)
+    np.testing.assert_allclose(joined(plane, INSIDE), plane, atol=1e-5)
+
+
+@pytest.mark.parametrize("samples", [SAMPLES, ROWS < 20], ids=["no jump", "beside a surface"])
+def test_other_gaps_are_none_among_scattered_samples(samples):
+    depth = 1 + 0.005 * SAMPLES if samples is SAMPLES else STEP
+    assert not scattered_gaps(frame_of(depth, ~samples))[:22].any()
+
+
+def test_a_completed_jump_among_scattered_samples_is_joined():
+    frame = frame_of(np.where(COLUMNS + ROWS // 2 < 40, 1.0, 2.0), ~SAMPLES)
+    gaps = scattered_gaps(frame) & INSIDE
+    completed = ilf.complete(frame, ONE, correction=False).depth
+    np.testing.assert_allclose(joined(completed, gaps), completed, atol=0.1)
+
+
+def test_among_scattered_samples_no_depth_crosses_a_border_drawn_by_hand():
+    labels = np.where(COLUMNS < 32 + 4 * (ROWS % 2), 1, 2).astype(np.int32)
+    blocks = ilf.Blocks(labels, drawn=border_pixels(labels))
+    completed = ilf.complete(frame_of(1.0 * labels, ~SAMPLES), blocks, correction=False).depth
+    np.testing.assert_allclose(completed, labels, atol=1e-3)
 
 
 def test_depth_does_not_cross_borders_drawn_by_hand():
