@@ -282,7 +282,7 @@ class ReadingOptions:
         found = {name: data.get(name, *KINDS[name]) for name in stated}
         for name, value in found.items():
             if isinstance(value, list):
-                found[name] = tuple(data.items(name, float))
+                found[name] = tuple(data.get(name, list[float]))
             elif isinstance(value, dict) and {*_CAMERA_FIELDS[:5]} <= value.keys() <= {*_CAMERA_FIELDS}:
                 found[name] = converted(value, Camera, data.name, name)
         return cls(**found)
