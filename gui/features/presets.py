@@ -19,16 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ilf.data import presets
 from ilf.data.parameters import DEFAULT_PRESET, PRESETS, Parameters, nearest_preset
-from ilf.data.presets import (
-    PRESET_SUFFIX,
-    UserPreset,
-    delete_preset,
-    list_presets,
-    read_preset,
-    rename_preset,
-    save_preset,
-)
 from ilf.errors import IlfError
 
 from ..base import theme
@@ -95,7 +87,7 @@ class PresetBox(Themed, QWidget):
         super().__init__()
         self._context = context
         self._shown = shown
-        self._own: dict[str, UserPreset] = {}
+        self._own: dict[str, presets.UserPreset] = {}
         self.names = QComboBox()
         self.names.setAccessibleName("Preset")
         self.names.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -140,7 +132,7 @@ class PresetBox(Themed, QWidget):
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""
-        self._own, problems = list_presets()
+        self._own, problems = presets.list_presets()
         present = self.names.currentData()
         with QSignalBlocker(self.names):
             self.names.clear()
@@ -162,10 +154,10 @@ class PresetBox(Themed, QWidget):
         dialog = SavePresetDialog(present if present in self._own else "", self._context.window)
 
         def take() -> None:
-            name = dialog.name.text().strip().removesuffix(PRESET_SUFFIX)
+            name = dialog.name.text().strip().removesuffix(presets.PRESET_SUFFIX)
             with_extraction = dialog.with_extraction.isChecked()
             extraction = self._context.workspace.parameters.extraction if with_extraction else None
-            save = partial(save_preset, name, self._shown(), extraction, replace=name in self._own)
+            save = partial(presets.save_preset, name, self._shown(), extraction, replace=name in self._own)
             self._change("Save preset", save, f"Preset {name} saved.", name, replaces=name)
 
         open_once(dialog, take)
@@ -180,7 +172,7 @@ class PresetBox(Themed, QWidget):
         name, decided = QInputDialog.getText(self._context.window, "Rename preset", f"New name for {old}", text=old)
         new = name.strip()
         if decided and new not in ("", old):
-            rename = partial(rename_preset, old, new)
+            rename = partial(presets.rename_preset, old, new)
             self._change("Rename preset", rename, f"Preset {old} renamed to {new}.", new)
 
     @command("delete_preset", "&Delete preset…", icon="ph.trash", why_off=_why_not_own)
@@ -190,7 +182,7 @@ class PresetBox(Themed, QWidget):
         name = self.present
         text, more = f"Delete the preset {name}?", "Its file is deleted, too. This cannot be undone."
         if (yield partial(ask, self._context.window, "Delete preset", text, more, [("&Delete", DESTROY)])):
-            self._change("Delete preset", partial(delete_preset, name), f"Preset {name} deleted.")
+            self._change("Delete preset", partial(presets.delete_preset, name), f"Preset {name} deleted.")
 
     @command("import_preset", "&Import preset…", icon="ph.download-simple")
     def ask_import(self) -> None:
@@ -199,12 +191,12 @@ class PresetBox(Themed, QWidget):
         if not path:
             return
         try:
-            found = read_preset(path)
+            found = presets.read_preset(path)
         except IlfError as error:
             self._context.notes.report("Import preset", error)
             return
         name = found.name
-        take = partial(save_preset, name, found.parameters, found.extraction, replace=name in self._own)
+        take = partial(presets.save_preset, name, found.parameters, found.extraction, replace=name in self._own)
         done = f"{name} imported: select it in the list of presets."
         self._change("Import preset", take, done, replaces=name)
 
@@ -214,7 +206,7 @@ class PresetBox(Themed, QWidget):
         proposed = str(Path(last_folder(_FOLDER_KEY)) / f"{self.present}.json")
         if path := ask_path(self._context.window, "Export preset", proposed, _FILES):
             remember_folder(_FOLDER_KEY, path)
-            write = partial(save_preset, Path(path), self._shown(), replace=True)
+            write = partial(presets.save_preset, Path(path), self._shown(), replace=True)
             self._change("Export preset", write, f"Preset written to {path}.")
 
     def _choose(self, name: str) -> None:

@@ -154,11 +154,6 @@ class Section:
         kind: Any = functools.reduce(operator.or_, kinds)
         return converted(self.values[key], kind, self.name, key)
 
-    def items(self, key: str, kind: Any) -> list[Any]:
-        """Return a list of values of one type."""
-        values = self.get(key, list)
-        return [converted(value, kind, self.name, f"{key}[{place}]") for place, value in enumerate(values)]
-
     def section(self, key: str) -> Section:
         """Return an object inside this one."""
         return Section(key, self.get(key, dict))

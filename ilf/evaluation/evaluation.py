@@ -340,11 +340,6 @@ class Evaluated:
         return _evaluation(self.evaluated)
 
     @cached_property
-    def by_part(self) -> tuple[Evaluation, ...]:
-        """The evaluation of every completion."""
-        return tuple(_evaluation([part]) for part in self.evaluated)
-
-    @cached_property
     def blocks(self) -> dict[int, Evaluation]:
         """Label -> evaluation of each block with pixels to be filled, all completions together; in increasing order."""
         found: dict[int, list[PixelErrors]] = {}

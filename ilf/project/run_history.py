@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, Self
-from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,13 +123,8 @@ class StoredRun:
         self.extrapolation = self.hold_out_test = None
         self.ground_truth_error = self.hold_out_error = self.expected_error = None
         self._composed = None
-        for name in ("checksum", "block_count", "iterations", "recovered", "outdated"):
+        for name in ("block_count", "iterations", "recovered", "outdated"):
             self.__dict__.pop(name, None)
-
-    @cached_property
-    def checksum(self) -> int:
-        """CRC-32 of its label map."""
-        return crc32(self.run.blocks.labels.data)
 
     @cached_property
     def block_count(self) -> int:

@@ -66,7 +66,7 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
         if mode not in known:
             raise FormatError(f"the {what} mode {mode!r:.40} is unknown; known are {', '.join(known)}.")
     data = json.loads(content.rstrip(b"\0"))
-    listed = Section("calibration", data).section("CalibrationInformation").items("Cameras", dict)
+    listed = Section("calibration", data).section("CalibrationInformation").get("Cameras", list[dict[str, Any]])
     by_place = {camera.get("Location"): Section("camera", camera) for camera in listed}
     depth, colour = by_place[_DEPTH_CAMERA], by_place[_COLOUR_CAMERA]
     return Cameras(
@@ -78,7 +78,7 @@ def cameras_of(content: bytes, depth_mode: str, colour_mode: str) -> Cameras:
 
 def _camera(section: Section, whole: tuple[int, int], cut: tuple[int, int], size: tuple[int, int]) -> Camera:
     """The camera of a mode. The file's numbers are fractions of the full sensor's width and height."""
-    values = section.section("Intrinsics").items("ModelParameters", float)
+    values = section.section("Intrinsics").get("ModelParameters", list[float])
     if len(values) != _PARAMETERS:
         raise FormatError(f"a camera has {len(values)} parameters instead of {_PARAMETERS}.")
     cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, centre_x, centre_y, p2, p1 = values
@@ -92,7 +92,7 @@ def _camera(section: Section, whole: tuple[int, int], cut: tuple[int, int], size
 def _motion(section: Section) -> NDArray[Any]:
     """The transform of points [m] to a camera, (4, 4)."""
     place = section.section("Rt")
-    return rigid_transform(place.items("Rotation", float), place.items("Translation", float))
+    return rigid_transform(place.get("Rotation", list[float]), place.get("Translation", list[float]))
 
 
 _COLOUR_TRACK, _DEPTH_TRACK, _INFRARED_TRACK = "K4A_COLOR_TRACK", "K4A_DEPTH_TRACK", "K4A_IR_TRACK"

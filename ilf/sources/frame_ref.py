@@ -36,8 +36,6 @@ class ReadingOption:
 
     Attributes
     ----------
-    label : str
-        Its name in sentences; "" if it is never named.
     flag, metavar : str
         Its flag on the command line, "" for none; and the placeholder of its value, if it has one.
     help : str
@@ -52,7 +50,6 @@ class ReadingOption:
         Whether it says how the frames of a source are found, not how each is read.
     """
 
-    label: str = ""
     flag: str = ""
     metavar: str = "N"
     help: str = ""
@@ -82,7 +79,6 @@ class ReadingOptions:
     `ilf.open_source`; None: as stated beside the files, or the default."""
 
     encoding: EncodingSpec | None = _option(
-        label="depth encoding",
         flag="--depth-encoding",
         metavar="NAME",
         help=f"encoding of the depth file: {', '.join(ENCODING_DESCRIPTIONS)}, bop:SCALE, or units per metre as a "
@@ -91,53 +87,44 @@ class ReadingOptions:
         exclusive=True,
     )
     depth_units: float | None = _option(
-        label="depth units",
         help="units per metre of the depth file (1000: millimetres)",
         exclusive=True,
     )
     invalid: float | None = _option(
-        label="invalid value",
         help="value of missing depth in the depth file, besides 0: 65535 for 7-Scenes; 0 for none (default: from "
         "meta.json)",
     )
     dataset: str | None = _option(
-        label="dataset",
         metavar="NAME",
         help="dataset of HDF5 and MATLAB 7.3 files that is the depth, where a file has several: /left/depth; for "
         "one file also FILE.h5:/left/depth",
     )
     min_confidence: float | None = _option(
-        label="min. confidence",
         help="treat depth of a lower confidence as missing, where there is a confidence map: 2 for ARKit's high "
         "(default: from meta.json, otherwise all depth is used)",
     )
     intrinsics: IntrinsicsSpec | None = _option(
-        label="intrinsics",
         metavar="CAMERA",
         help="camera preset, fx,fy,cx,cy[,width,height] or a file (JSON, YAML, OpenCV's, numbers as text or NPY; "
         f"FILE#NAME for one of its cameras), for point clouds and meshes. Presets: {', '.join(INTRINSICS)}",
     )
     depth_intrinsics: IntrinsicsSpec | None = _option(
-        label="depth intrinsics",
         metavar="CAMERA",
         help="intrinsics of a depth image of another size than colour, or of the same size with --view: depth is "
         "registered to colour by both intrinsics, and by the transform between the cameras if their file states it "
         "(else as seen from the same place). In the same forms as --intrinsics",
     )
     undistort: bool | None = _option(
-        label="undistortion",
         help="correct the lens distortion of colour and depth, which the files of --intrinsics and "
         "--depth-intrinsics or the recording state; the camera of the results is that of the corrected images",
     )
     view: str | None = _option(
-        label="view",
         metavar="CAMERA",
         help="the camera in whose pixels unregistered images are registered and completed: colour, or depth, into "
         "which colour is brought (black where colour sees nothing); the result is in that camera, and depth is "
         "aligned to colour afterwards (default: colour)",
     )
     ground_truth: str | None = _option(
-        label="ground truth",
         metavar="FILE",
         help="depth to evaluate the result against, in the format of the depth file; also FILE.h5:/NAME (default: "
         "gt.* in the frame's folder)",
@@ -150,7 +137,6 @@ class ReadingOptions:
         one_frame=True,
     )
     guide: str | None = _option(
-        label="guide",
         metavar="FILE|NAME",
         help="depth or inverse depth of the frame from another source (monocular network, other sensor), in any "
         "unit: 8- or 16-bit PNG, TIFF, NPY or NPZ; 0 and NaN are ignored. Or a network that predicts it from "
@@ -160,7 +146,6 @@ class ReadingOptions:
         one_frame=True,
     )
     guide_gives: Gives | None = _option(
-        label="what the guide gives",
         metavar="KIND",
         help=f"what the values of a guide's file are, as which they are fitted: {', '.join(get_args(Gives))} "
         "(default: any that rise or fall with depth; a network with a name states it itself)",
@@ -297,7 +282,7 @@ class ReadingOptions:
         found = {name: data.get(name, *KINDS[name]) for name in stated}
         for name, value in found.items():
             if isinstance(value, list):
-                found[name] = tuple(data.items(name, float))
+                found[name] = tuple(data.get(name, list[float]))
             elif isinstance(value, dict) and {*_CAMERA_FIELDS[:5]} <= value.keys() <= {*_CAMERA_FIELDS}:
                 found[name] = converted(value, Camera, data.name, name)
         return cls(**found)

@@ -300,7 +300,7 @@ def described_beside(ref: FrameRef) -> str:
     if files is None:
         return ""
     added = ref.options.or_else(files.options).given.keys() - ref.options.given.keys()
-    used_items = ["name", *(option.label for name, option in OPTIONS.items() if name in added and option.label)]
+    used_items = ["name", *(name.replace("_", " ") for name in OPTIONS if name in added)]
     return f"Read from {META_NAME} beside the files: {', '.join(used_items)}."
 
 
