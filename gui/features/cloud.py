@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -9,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QWidget
 
 from ilf.data.camera import Camera
 
@@ -16,38 +18,46 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
+from ..views.cloud.canvas import HINT, MOVES
+from ..views.cloud.cloud_view import CloudView
 from ..views.cloud.scene import ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, content_of
 from ..views.view_data import MarkedDepth, colour_table
-from .context import Context, Feature
+from ..widgets.basics import Late
+from .context import Context
 from .expected_error import ErrorFeature
+from .panel import Panel
 
 _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
     "Open it again and choose a camera, or give fx, fy, cx, cy."
 )
 _NONE_SELECTED = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
-_SHOWN = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
-_SHOWN |= Part.PROPOSAL
 _NOTHING_KNOWN = "There is no depth to show."
 
 
-class CloudFeature(Feature):
-    """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
+class CloudPanel(Panel):
+    """Point cloud of the current frame in the centre, rebuilt in a worker thread when the frame or a setting changes.
 
     The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
     if the tool needs points only.
     """
 
-    at_start = True
+    title, icon, group = "Point cloud", "ph.cube", None
+    parts = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
+    parts |= Part.PROPOSAL
+    deferred = Part.SOME_RESULTS
     what = "point cloud"
+
+    @classmethod
+    def declare(cls, context: Context) -> None:
+        super().declare(context)
+        context.centre.add_cloud(Late(lambda: context.feature(cls).widget))
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._cloud = cloud = context.cloud
-        cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._request: Scene | None = None
         self._made: Scene | None = None
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
@@ -56,22 +66,25 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
+        self.workspace.on(Part.FRAME, self._turn)
+
+    def make(self) -> QWidget:
+        """Make the view, and follow the pointer in it and in the images."""
+        self._cloud = cloud = CloudView()
+        actions, mark = self.context.actions, self.context.refresh.mark
+        cloud.add_switches(*(actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         cloud.canvas.drawing.failed.connect(self.fail)
         self.views.cursorMoved.connect(self._show_value)
         self.views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
+        cloud.canvas.hover_changed.connect(lambda _: mark("hint"))
         cloud.canvas.picked.connect(self._pick)
-        errors = context.feature(ErrorFeature)
-        errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
-        self.workspace.on(Part.FRAME, self._turn)
-        context.refresh.add(
-            "cloud",
-            self.show,
-            _SHOWN,
-            deferred_on=Part.SOME_RESULTS,
-            when=cloud.isVisible,
-            also=(self.views.shownChanged, context.centre.turned, cloud.colours_changed, self.views.ranges.changed),
-        )
+        for changed in (self.views.shownChanged, self.views.ranges.changed):
+            changed.connect(self.redraw)
+        cloud.colours_changed.connect(lambda: mark(self.title, "error"))
+        errors = self.context.feature(ErrorFeature)
+        errors.watch(lambda: self.visible and cloud.colour_by is ColourBy.EXPECTED)
+        return cloud
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
@@ -86,22 +99,22 @@ class CloudFeature(Feature):
         self.context.centre.set_side_by_side(on)
 
     def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or self.workspace.shown is None
+        there = not self.visible or self.workspace.shown is None
         return "" if there or self.workspace.current.completion() is not None else "Not available now."
 
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
-        self.context.refresh.mark("cloud")
+        self.redraw()
 
     @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
     def _show_selected_only(self, on: bool) -> None:
         """Show only the selected blocks in 3D."""
-        self.context.refresh.mark("cloud")
+        self.redraw()
 
-    def show(self) -> None:
+    def refresh(self, parts: Part) -> None:
         """Show the cloud, or the reason why there is none."""
-        if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
+        if parts & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
         if (document := self.workspace.shown) is None:
             self._cloud.set_message()
@@ -119,6 +132,24 @@ class CloudFeature(Feature):
                 self._request = request
                 before = made if made is not None and request.geometry == made.geometry else None
                 self.requests.ask(partial(compose, request, before), partial(self._take, request))
+
+    @property
+    def hint(self) -> str:
+        """What the mouse does in the cloud, if it is over it or only the cloud is visible; "" otherwise."""
+        if self.views.isVisible() and not (self.made and self._cloud.canvas.underMouse()):
+            return ""
+        editor = self.context.editor
+        return f"{editor.hint} | {MOVES}" if editor.tool.points_only else HINT
+
+    def finish(self) -> None:
+        """Wait until the cloud is drawn."""
+        if self.made:
+            self._cloud.canvas.drawing.finish()
+
+    def show_distances(self, lines: Sequence[Sequence[tuple[float, float]]], texts: Sequence[str]) -> None:
+        """Show measured lines with their lengths."""
+        if self.made:
+            self._cloud.canvas.set_lines(lines, texts)
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""

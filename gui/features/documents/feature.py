@@ -27,6 +27,7 @@ from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, save_folder
 from ...work.latest_request import LatestRequest
+from ..cloud import CloudPanel
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
 from .frame_files import Kind
@@ -217,6 +218,7 @@ class DocumentsFeature(Feature):
         self.views.point_at(None)
         if focused is not None:
             focused.clearFocus()
+        self._finish_cloud()
         saved = self.context.centre.picture().save(path, "PNG")
         if focused is not None:
             focused.setFocus()
@@ -229,8 +231,12 @@ class DocumentsFeature(Feature):
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
         self.context.refresh.now()
-        self.context.cloud.canvas.drawing.finish()
+        self._finish_cloud()
         return self._window.grab()
+
+    def _finish_cloud(self) -> None:
+        if (cloud := self.context.made(CloudPanel)) is not None:
+            cloud.finish()
 
     # runs opened from a record
 
