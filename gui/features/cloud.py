@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
@@ -45,7 +44,7 @@ class CloudPanel(Panel):
     if the tool needs points only.
     """
 
-    title, icon, group = "Point cloud", "ph.cube", None
+    title, group = "Point cloud", None
     parts = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
     parts |= Part.PROPOSAL
     deferred = Part.SOME_RESULTS
@@ -66,12 +65,8 @@ class CloudPanel(Panel):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
-        self.workspace.on(Part.FRAME, self._turn)
-
-    def make(self) -> QWidget:
-        """Make the view, and follow the pointer in it and in the images."""
-        self._cloud = cloud = CloudView()
-        actions, mark = self.context.actions, self.context.refresh.mark
+        self.view = cloud = CloudView()
+        actions, mark = context.actions, context.refresh.mark
         cloud.add_switches(*(actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         cloud.canvas.drawing.failed.connect(self.fail)
         self.views.cursorMoved.connect(self._show_value)
@@ -82,9 +77,12 @@ class CloudPanel(Panel):
         for changed in (self.views.shownChanged, self.views.ranges.changed):
             changed.connect(self.redraw)
         cloud.colours_changed.connect(lambda: mark(self.title, "error"))
-        errors = self.context.feature(ErrorFeature)
+        errors = context.feature(ErrorFeature)
         errors.watch(lambda: self.visible and cloud.colour_by is ColourBy.EXPECTED)
-        return cloud
+        self.workspace.on(Part.FRAME, self._turn)
+
+    def make(self) -> QWidget:
+        return self.view
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
@@ -117,13 +115,13 @@ class CloudPanel(Panel):
         if parts & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
         if (document := self.workspace.shown) is None:
-            self._cloud.set_message()
-            self._cloud.set_unavailable({})
+            self.view.set_message()
+            self.view.set_unavailable({})
             return
-        self._cloud.set_unavailable(self._unavailable(document))
+        self.view.set_unavailable(self._unavailable(document))
         if document.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
-        elif self._cloud.chosen_only.isChecked() and not document.selected:
+        elif self.view.chosen_only.isChecked() and not document.selected:
             self._drop(_NONE_SELECTED)
         else:
             request = self._present_request(document, document.frame.intrinsics)
@@ -136,20 +134,10 @@ class CloudPanel(Panel):
     @property
     def hint(self) -> str:
         """What the mouse does in the cloud, if it is over it or only the cloud is visible; "" otherwise."""
-        if self.views.isVisible() and not (self.made and self._cloud.canvas.underMouse()):
+        if self.views.isVisible() and not self.view.canvas.underMouse():
             return ""
         editor = self.context.editor
         return f"{editor.hint} | {MOVES}" if editor.tool.points_only else HINT
-
-    def finish(self) -> None:
-        """Wait until the cloud is drawn."""
-        if self.made:
-            self._cloud.canvas.drawing.finish()
-
-    def show_distances(self, lines: Sequence[Sequence[tuple[float, float]]], texts: Sequence[str]) -> None:
-        """Show measured lines with their lengths."""
-        if self.made:
-            self._cloud.canvas.set_lines(lines, texts)
 
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
@@ -158,10 +146,10 @@ class CloudPanel(Panel):
             self._drop()
 
     def _present_request(self, document: Document, intrinsics: Camera) -> Scene:
-        completion, by = document.completion(), self._cloud.colour_by
+        completion, by = document.completion(), self.view.colour_by
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
-        raw = completion is not None and self._cloud.raw.isChecked()
+        raw = completion is not None and self.view.raw.isChecked()
         viewed_iteration = None if raw else self.workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
@@ -174,10 +162,10 @@ class CloudPanel(Panel):
                 if known is None or known[0] is not depth or known[1] is not document.proposal:
                     self._proposed = known = depth, document.proposal, document.with_proposal(depth)
                 depth = known[2]
-        chosen = frozenset(document.selected) if self._cloud.chosen_only.isChecked() else None
+        chosen = frozenset(document.selected) if self.view.chosen_only.isChecked() else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
-        shades = theme.colours(self._cloud.palette())
+        shades = theme.colours(self.view.palette())
         # visible on the background, and unlike any value
         plain = shades.grid if shades.is_dark else shades.muted
         layer, unit = Layer(), ""
@@ -249,22 +237,22 @@ class CloudPanel(Panel):
             return
         self._made = scene
         if len(scene):
-            self._cloud.show_scene(scene, reset=request.key != self._seen)
+            self.view.show_scene(scene, reset=request.key != self._seen)
             self._seen = request.key
         else:
-            self._cloud.set_message(_NOTHING_KNOWN)
+            self.view.set_message(_NOTHING_KNOWN)
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
         self.requests.forget()
         self._request = self._made = self._blocks = self._proposed = None
-        self._cloud.set_message(*([message] if message else []))
+        self.view.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
         layer = self._made.layer if self._made is not None and self._shows_present() else Layer()
         value = layer.value_at(*pixel, layer.parts) if pixel is not None and layer.has_values else None
-        self._cloud.bar.set_value(value)
+        self.view.bar.set_value(value)
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""

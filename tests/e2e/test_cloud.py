@@ -18,7 +18,7 @@ from .conftest import settle
 def shown(window, qtbot):
     """The cloud, when all that is to come has come."""
     settle(window, qtbot)
-    canvas = window.feature(CloudPanel).widget.canvas
+    canvas = window.feature(CloudPanel).view.canvas
     qtbot.waitUntil(lambda: canvas.drawing.is_full or not len(canvas.scene))
     return canvas.scene
 
@@ -31,14 +31,14 @@ def pixels(widget):
 
 def place_of(window, pixel):
     """Where the point of a pixel is on the canvas."""
-    canvas = window.feature(CloudPanel).widget.canvas
+    canvas = window.feature(CloudPanel).view.canvas
     index = canvas.scene.index_of(pixel)
     x, y, _ = canvas.camera.project(canvas.scene.points[index : index + 1], canvas.width(), canvas.height())[0]
     return QPoint(round(x), round(y))
 
 
 def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
-    document, cloud, actions = opened.workspace.current, opened.feature(CloudPanel).widget, opened.actions_
+    document, cloud, actions = opened.workspace.current, opened.feature(CloudPanel).view, opened.actions_
     opened.centre.show_cloud()
     assert len(shown(opened, qtbot)) == document.frame.known.sum()
     assert not actions["cloud_raw"].isEnabled()
@@ -90,10 +90,10 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
 
 
 def test_points_and_pixels_are_linked(opened, qtbot):
-    document, canvas = opened.workspace.current, opened.feature(CloudPanel).widget.canvas
+    document, canvas = opened.workspace.current, opened.feature(CloudPanel).view.canvas
     opened.actions_["cloud_beside"].setChecked(True)
     assert opened.views.isVisible()
-    assert opened.feature(CloudPanel).widget.isVisible()
+    assert opened.feature(CloudPanel).view.isVisible()
     shown(opened, qtbot)
     opened.views.point_at((10, 40))
     assert canvas._marked == (10, 40)
@@ -112,17 +112,17 @@ def test_the_command_turns_between_images_and_cloud_also_if_they_are_side_by_sid
         opened.actions_["cloud_beside"].setChecked(beside)
         for _ in range(2):
             turn()
-            seen.append((opened.views.isVisible(), opened.feature(CloudPanel).widget.isVisible()))
+            seen.append((opened.views.isVisible(), opened.feature(CloudPanel).view.isVisible()))
     assert seen == [(False, True), (True, False)] * 2
     assert not opened.actions_["cloud_beside"].isChecked()
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
-    canvas = opened.feature(CloudPanel).widget.canvas
+    canvas = opened.feature(CloudPanel).view.canvas
     opened.centre.show_cloud()
     shown(opened, qtbot)
     opened.actions_["tool_measure"].trigger()
-    assert opened.feature(CloudPanel).widget.isVisible()
+    assert opened.feature(CloudPanel).view.isVisible()
     chosen = opened.workspace.current.selected
     ends = (50, 5), (10, 44)
     for pixel in ends:

@@ -58,7 +58,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     window.actions_["cloud_beside"].trigger()
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: document.proposal is not None)
-    qtbot.waitUntil(lambda: "proposed surface" in window.feature(CloudPanel).widget.strip.title)
+    qtbot.waitUntil(lambda: "proposed surface" in window.feature(CloudPanel).view.strip.title)
     shown = window.views.data.result
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     assert "proposed 1.56" in readout(window, (14, 16))

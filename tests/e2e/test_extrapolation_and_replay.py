@@ -72,13 +72,13 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert "extrapolated" not in readout(margin, (30, 10))
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()
-    margin.feature(CloudPanel).widget.set_colour_by(ColourBy.FILLED)
+    margin.feature(CloudPanel).view.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()
     margin.refresh.now()
     qtbot.waitUntil(
-        lambda: not margin.feature(CloudPanel).busy and len(margin.feature(CloudPanel).widget.canvas.scene) > 0
+        lambda: not margin.feature(CloudPanel).busy and len(margin.feature(CloudPanel).view.canvas.scene) > 0
     )
-    legend = [text for _, text in margin.feature(CloudPanel).widget.canvas.scene.legend]
+    legend = [text for _, text in margin.feature(CloudPanel).view.canvas.scene.legend]
     assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()

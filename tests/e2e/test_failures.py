@@ -153,4 +153,4 @@ def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_pat
     loaded(window, qtbot, window.loader.open, FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
     window.centre.show_cloud()
     window.refresh.now()
-    assert "intrinsics" in window.feature(CloudPanel).widget.canvas.message
+    assert "intrinsics" in window.feature(CloudPanel).view.canvas.message

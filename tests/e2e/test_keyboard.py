@@ -346,7 +346,7 @@ def _dock(window, title: str) -> QDockWidget:
 def test_keys_turn_to_the_cloud_and_back(typing):
     key(typing, _Key.Key_3, CTRL)
     assert typing.centre.shows_cloud_alone
-    assert _focus() is typing.feature(CloudPanel).widget.canvas
+    assert _focus() is typing.feature(CloudPanel).view.canvas
     key(typing, _Key.Key_3, CTRL)
     assert isinstance(_focus(), ImageView)
 

@@ -218,7 +218,7 @@ class DocumentsFeature(Feature):
         self.views.point_at(None)
         if focused is not None:
             focused.clearFocus()
-        self._finish_cloud()
+        self.context.feature(CloudPanel).view.canvas.drawing.finish()
         saved = self.context.centre.picture().save(path, "PNG")
         if focused is not None:
             focused.setFocus()
@@ -231,12 +231,8 @@ class DocumentsFeature(Feature):
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
         self.context.refresh.now()
-        self._finish_cloud()
+        self.context.feature(CloudPanel).view.canvas.drawing.finish()
         return self._window.grab()
-
-    def _finish_cloud(self) -> None:
-        if (cloud := self.context.made(CloudPanel)) is not None:
-            cloud.finish()
 
     # runs opened from a record
 
