@@ -121,7 +121,7 @@ class CloudPanel(Panel):
         self.view.set_unavailable(self._unavailable(document))
         if document.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
-        elif self.view.chosen_only.isChecked() and not document.selected:
+        elif self.context.actions.is_on("cloud_selected_only") and not document.selected:
             self._drop(_NONE_SELECTED)
         else:
             request = self._present_request(document, document.frame.intrinsics)
@@ -149,7 +149,7 @@ class CloudPanel(Panel):
         completion, by = document.completion(), self.view.colour_by
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
-        raw = completion is not None and self.view.raw.isChecked()
+        raw = completion is not None and self.context.actions.is_on("cloud_raw")
         viewed_iteration = None if raw else self.workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
@@ -162,7 +162,7 @@ class CloudPanel(Panel):
                 if known is None or known[0] is not depth or known[1] is not document.proposal:
                     self._proposed = known = depth, document.proposal, document.with_proposal(depth)
                 depth = known[2]
-        chosen = frozenset(document.selected) if self.view.chosen_only.isChecked() else None
+        chosen = frozenset(document.selected) if self.context.actions.is_on("cloud_selected_only") else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
         shades = theme.colours(self.view.palette())

@@ -38,8 +38,10 @@ def place_of(window, pixel):
 
 
 def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
-    document, cloud, actions = opened.workspace.current, opened.feature(CloudPanel).view, opened.actions_
+    document, actions = opened.workspace.current, opened.actions_
+    assert opened.context.made(CloudPanel) is None, "not made before it is looked at"
     opened.centre.show_cloud()
+    cloud = opened.feature(CloudPanel).view
     assert len(shown(opened, qtbot)) == document.frame.known.sum()
     assert not actions["cloud_raw"].isEnabled()
     why = {by: action.toolTip() for by, action in cloud._choices.items() if not action.isEnabled()}

@@ -118,7 +118,6 @@ class CloudView(Themed, QWidget):
     def add_switches(self, raw: QAction, chosen_only: QAction, beside: QAction) -> None:
         """Add buttons that show the depth before completion, and only the selected blocks; and to the menu, the command
         that puts the view beside the images."""
-        self.raw, self.chosen_only = raw, chosen_only
         raw.setIconText("Raw depth")
         chosen_only.setIconText("Selected only")
         self._bar.insertActions(self._clip_action, [raw, chosen_only])
