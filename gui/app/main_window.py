@@ -13,7 +13,7 @@ from ..features.accuracy.panel import AccuracyPanel
 from ..features.additional_depth import AdditionalDepthPanel
 from ..features.blocks.commands import BlockCommands
 from ..features.blocks.feature import BlocksFeature
-from ..features.cloud import CloudFeature
+from ..features.cloud import CloudPanel
 from ..features.colour_range import ColourRange
 from ..features.context import Context, Feature
 from ..features.curves import CurvesFeature
@@ -54,7 +54,7 @@ _STANDARD: tuple[type[Feature], ...] = (
     DocumentsFeature,
     ViewsFeature,
     ErrorFeature,
-    CloudFeature,
+    CloudPanel,
     BlockCommands,
     BlocksFeature,
     EditSummaryFeature,
@@ -99,7 +99,7 @@ class MainWindow(Themed, QMainWindow):
         self.context = context = Context(self, persistent)
         self.workspace, self.recorder, self.loader = context.workspace, context.recorder, context.loader
         self.runs, self.refresh, self.editor = context.runs, context.refresh, context.editor
-        self.views, self.cloud, self.centre = context.views, context.cloud, context.centre
+        self.views, self.centre = context.views, context.centre
         self.panels, self.log, self.notes = context.panels, context.log, context.notes
         self.actions_, self.features, self.feature = context.actions, context.features, context.feature
         self.setCentralWidget(self.centre)
@@ -184,4 +184,4 @@ class MainWindow(Themed, QMainWindow):
         super().showEvent(event)
         self.windowHandle().windowStateChanged.connect(self._show_state, Qt.ConnectionType.UniqueConnection)
         self.panels.arrange()
-        self.refresh.mark("error", "cloud")  # drawn only while visible
+        self.refresh.mark("error")  # drawn only while visible

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QWidget
 
 from ilf.data.camera import Camera
 
@@ -16,38 +17,46 @@ from ..base import theme
 from ..base.commands import command
 from ..state.document import Document
 from ..state.parts import Part
+from ..views.cloud.canvas import HINT, MOVES
+from ..views.cloud.cloud_view import CloudView
 from ..views.cloud.scene import ColourBy, Mark, Scene, compose, signed_table
 from ..views.colours import FIXED, KINDS, Range
 from ..views.interaction import PointerEvent, PointerKind
 from ..views.layers import Layer, content_of
 from ..views.view_data import MarkedDepth, colour_table
-from .context import Context, Feature
+from ..widgets.basics import Late
+from .context import Context
 from .expected_error import ErrorFeature
+from .panel import Panel
 
 _NO_INTRINSICS = (
     "This frame has no camera intrinsics, which a point cloud needs.\n"
     "Open it again and choose a camera, or give fx, fy, cx, cy."
 )
 _NONE_SELECTED = "No block is selected.\nClick a block in the images or in the table, or show the whole cloud."
-_SHOWN = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
-_SHOWN |= Part.PROPOSAL
 _NOTHING_KNOWN = "There is no depth to show."
 
 
-class CloudFeature(Feature):
-    """Point cloud of the current frame, rebuilt in a worker thread when the frame or a setting changes.
+class CloudPanel(Panel):
+    """Point cloud of the current frame in the centre, rebuilt in a worker thread when the frame or a setting changes.
 
     The position of the pointer is marked in cloud and images. A click on a point selects its block, or goes to the tool
     if the tool needs points only.
     """
 
-    at_start = True
+    title, group = "Point cloud", None
+    parts = Part.DEPTH | Part.EXPECTED_ERROR | Part.GROUND_TRUTH | Part.COMPARED | Part.INFOS | Part.SELECTION
+    parts |= Part.PROPOSAL
+    deferred = Part.SOME_RESULTS
     what = "point cloud"
+
+    @classmethod
+    def declare(cls, context: Context) -> None:
+        super().declare(context)
+        context.centre.add_cloud(Late(lambda: context.feature(cls).widget))
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._cloud = cloud = context.cloud
-        cloud.add_switches(*(context.actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         self._request: Scene | None = None
         self._made: Scene | None = None
         self._proposed: tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.float32]] | None = None
@@ -56,22 +65,24 @@ class CloudFeature(Feature):
         """Key of the document whose cloud was shown last; its viewpoint is kept."""
         self._blocks: tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.bool_]] | None = None
         """Label map, colours, and pixels without block of the last request."""
+        self.view = cloud = CloudView()
+        actions, mark = context.actions, context.refresh.mark
+        cloud.add_switches(*(actions[name] for name in ("cloud_raw", "cloud_selected_only", "cloud_beside")))
         cloud.canvas.drawing.failed.connect(self.fail)
         self.views.cursorMoved.connect(self._show_value)
         self.views.cursorMoved.connect(cloud.canvas.mark)
         cloud.canvas.hovered.connect(self._hover)
+        cloud.canvas.hover_changed.connect(lambda _: mark("hint"))
         cloud.canvas.picked.connect(self._pick)
+        for changed in (self.views.shownChanged, self.views.ranges.changed):
+            changed.connect(self.redraw)
+        cloud.colours_changed.connect(lambda: mark(self.title, "error"))
         errors = context.feature(ErrorFeature)
-        errors.watch(lambda: cloud.isVisible() and cloud.colour_by is ColourBy.EXPECTED)
+        errors.watch(lambda: self.visible and cloud.colour_by is ColourBy.EXPECTED)
         self.workspace.on(Part.FRAME, self._turn)
-        context.refresh.add(
-            "cloud",
-            self.show,
-            _SHOWN,
-            deferred_on=Part.SOME_RESULTS,
-            when=cloud.isVisible,
-            also=(self.views.shownChanged, context.centre.turned, cloud.colours_changed, self.views.ranges.changed),
-        )
+
+    def make(self) -> QWidget:
+        return self.view
 
     @command("turn_cloud", "&Images or point cloud", icon="ph.cube", keys="Ctrl+3")
     def _turn_cloud(self) -> None:
@@ -86,31 +97,31 @@ class CloudFeature(Feature):
         self.context.centre.set_side_by_side(on)
 
     def _why_no_raw(self) -> str:
-        there = not self._cloud.isVisible() or self.workspace.shown is None
+        there = not self.visible or self.workspace.shown is None
         return "" if there or self.workspace.current.completion() is not None else "Not available now."
 
     @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
-        self.context.refresh.mark("cloud")
+        self.redraw()
 
     @command("cloud_selected_only", "3D: selected blocks onl&y", icon="ph.selection", checkable=True)
     def _show_selected_only(self, on: bool) -> None:
         """Show only the selected blocks in 3D."""
-        self.context.refresh.mark("cloud")
+        self.redraw()
 
-    def show(self) -> None:
+    def refresh(self, parts: Part) -> None:
         """Show the cloud, or the reason why there is none."""
-        if self.context.refresh.changed("cloud") & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
+        if parts & (Part.FRAME | Part.LABELS | Part.STROKE | Part.INFOS):
             self._blocks = None
         if (document := self.workspace.shown) is None:
-            self._cloud.set_message()
-            self._cloud.set_unavailable({})
+            self.view.set_message()
+            self.view.set_unavailable({})
             return
-        self._cloud.set_unavailable(self._unavailable(document))
+        self.view.set_unavailable(self._unavailable(document))
         if document.frame.intrinsics is None:
             self._drop(_NO_INTRINSICS)
-        elif self._cloud.chosen_only.isChecked() and not document.selected:
+        elif self.context.actions.is_on("cloud_selected_only") and not document.selected:
             self._drop(_NONE_SELECTED)
         else:
             request = self._present_request(document, document.frame.intrinsics)
@@ -120,6 +131,14 @@ class CloudFeature(Feature):
                 before = made if made is not None and request.geometry == made.geometry else None
                 self.requests.ask(partial(compose, request, before), partial(self._take, request))
 
+    @property
+    def hint(self) -> str:
+        """What the mouse does in the cloud, if it is over it or only the cloud is visible; "" otherwise."""
+        if self.views.isVisible() and not self.view.canvas.underMouse():
+            return ""
+        editor = self.context.editor
+        return f"{editor.hint} | {MOVES}" if editor.tool.points_only else HINT
+
     def _turn(self) -> None:
         """Release the data of a frame that is not shown any more."""
         document = self.workspace.shown
@@ -127,10 +146,10 @@ class CloudFeature(Feature):
             self._drop()
 
     def _present_request(self, document: Document, intrinsics: Camera) -> Scene:
-        completion, by = document.completion(), self._cloud.colour_by
+        completion, by = document.completion(), self.view.colour_by
         if by in self._unavailable(document):
             by = ColourBy.COLOUR
-        raw = completion is not None and self._cloud.raw.isChecked()
+        raw = completion is not None and self.context.actions.is_on("cloud_raw")
         viewed_iteration = None if raw else self.workspace.viewed_iteration
         title = f"{by.text} of the raw depth" if raw else by.text
         if viewed_iteration is not None:
@@ -143,10 +162,10 @@ class CloudFeature(Feature):
                 if known is None or known[0] is not depth or known[1] is not document.proposal:
                     self._proposed = known = depth, document.proposal, document.with_proposal(depth)
                 depth = known[2]
-        chosen = frozenset(document.selected) if self._cloud.chosen_only.isChecked() else None
+        chosen = frozenset(document.selected) if self.context.actions.is_on("cloud_selected_only") else None
         if chosen is None and by is not ColourBy.BLOCK:
             self._blocks = None
-        shades = theme.colours(self._cloud.palette())
+        shades = theme.colours(self.view.palette())
         # visible on the background, and unlike any value
         plain = shades.grid if shades.is_dark else shades.muted
         layer, unit = Layer(), ""
@@ -218,22 +237,22 @@ class CloudFeature(Feature):
             return
         self._made = scene
         if len(scene):
-            self._cloud.show_scene(scene, reset=request.key != self._seen)
+            self.view.show_scene(scene, reset=request.key != self._seen)
             self._seen = request.key
         else:
-            self._cloud.set_message(_NOTHING_KNOWN)
+            self.view.set_message(_NOTHING_KNOWN)
 
     def _drop(self, message: str = "") -> None:
         """Show no cloud, and release the data of the last one."""
         self.requests.forget()
         self._request = self._made = self._blocks = self._proposed = None
-        self._cloud.set_message(*([message] if message else []))
+        self.view.set_message(*([message] if message else []))
 
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
         layer = self._made.layer if self._made is not None and self._shows_present() else Layer()
         value = layer.value_at(*pixel, layer.parts) if pixel is not None and layer.has_values else None
-        self._cloud.bar.set_value(value)
+        self.view.bar.set_value(value)
 
     def _shows_present(self) -> bool:
         """Whether the visible cloud is of the current frame."""

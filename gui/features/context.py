@@ -20,7 +20,6 @@ from ..state.parts import Part
 from ..state.workspace import Workspace
 from ..tools.editor import Editor
 from ..views.centre import Centre
-from ..views.cloud.cloud_view import CloudView
 from ..views.linked_views import LinkedViews
 from ..widgets.docks import Docks
 from ..widgets.notes import Notes
@@ -55,8 +54,8 @@ class Context:
         The data, and what stores it.
     loader, runs, refresh
         The work: reading of frames, runs, and drawing of what has become stale.
-    panels, views, cloud, centre, log, notes
-        The display: the panels around the centre, linked views, point cloud, the centre with both, and messages.
+    panels, views, centre, log, notes
+        The display: the panels around the centre, linked views, the centre with them and the point cloud, and messages.
     editor
         Host of the tools.
     actions
@@ -73,8 +72,8 @@ class Context:
         self.runs.state_changed.connect(lambda: workspace.note(Part.RUNNING))
         self.refresh = Refresh(workspace, window)
         self.panels = Docks(window, persistent)
-        self.views, self.cloud = LinkedViews(workspace), CloudView()
-        self.centre = Centre(self.views, self.cloud)
+        self.views = LinkedViews(workspace)
+        self.centre = Centre(self.views)
         self.log = LogPanel()
         self.notes = Notes(window, self.log)
         self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)

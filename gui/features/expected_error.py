@@ -26,7 +26,7 @@ class ErrorFeature(Feature):
             "error",
             self.ask,
             Part.FRAME | Part.LABELS | Part.RESULTS | Part.EXPECTED_ERROR | Part.RUNNING,
-            also=(context.cloud.colours_changed, self.views.shownChanged, context.centre.turned),
+            also=(self.views.shownChanged, context.centre.turned),
         )
 
     def watch(self, is_seen: Callable[[], bool]) -> None:

@@ -14,11 +14,11 @@ from ilf.data.frame import RGBDFrame
 
 from ..state.document import Document
 from ..state.parts import Part
-from ..views.cloud.canvas import HINT, MOVES
 from ..views.view_data import FLICKERS, MarkedDepth
 from ..widgets.basics import ElidedLabel, literal_text
 from ..work.frame_runs import RunState
 from ..work.jobs import Pace
+from .cloud import CloudPanel
 from .context import Context, Feature
 from .expected_error import ErrorFeature
 from .project.feature import ProjectFeature
@@ -105,7 +105,7 @@ class StatusFeature(Feature):
         context.views.cursorMoved.connect(self.point_at)
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
-        hinted = editor.tool_changed, editor.hint_changed, context.cloud.canvas.hover_changed, context.centre.turned
+        hinted = editor.tool_changed, editor.hint_changed, context.centre.turned
         add("hint", self.show_hint, Part.FRAME | Part.LOADING | Part.SELECTION | Part.LABELS, also=hinted)
         working = self._saving.changed, self._error.requests.begun, self._error.requests.ended
         later = Part.SOME_RESULTS | Part.RECORDS | Part.PREVIEWS
@@ -126,18 +126,13 @@ class StatusFeature(Feature):
     def show_hint(self) -> None:
         """Show what is played, or else how much is selected and the effect of a click."""
         if (document := self.workspace.shown) is not None:
-            hint = self._hint_of_cloud() or self._editor.hint
+            cloud = self.context.made(CloudPanel)
+            hint = (cloud is not None and cloud.hint) or self._editor.hint
             idle = " | ".join(filter(None, (_selected_text(document), hint)))
         else:
             idle = self.context.loader.present or _NO_FRAME
         self.bar.hint.setText(self._playing or idle)
         self.bar.hint.setToolTip(literal_text(idle))  # for windows that are too narrow for the text
-
-    def _hint_of_cloud(self) -> str:
-        """Return the mouse hint of the point cloud if the mouse is over it; "" otherwise."""
-        if self.views.isVisible() and not self.context.cloud.canvas.underMouse():
-            return ""
-        return f"{self._editor.hint} | {MOVES}" if self._editor.tool.points_only else HINT
 
     def show_progress(self) -> None:
         """Show the stage and the share done of runs, opening and extraction with the remaining time, or that blocks are

@@ -75,10 +75,8 @@ class Cell(QWidget):
         if concrete == self.concrete:
             return
         self.concrete = concrete
-        content = content_of(concrete)
         self.strip.set_title(title_of(concrete, self._data))
         self._show(Layer())
-        self.bar.set_unit(content.unit)
         self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         self.view.fills.set_visible(concrete == "colour")
@@ -129,7 +127,7 @@ class Cell(QWidget):
     def _show(self, layer: Layer) -> None:
         self.strip.set_text(layer.text)
         self.set_legend(layer.legend)
-        self.bar.show_layer(layer)
+        self.bar.show_layer(layer, content_of(self.concrete).unit)
         self.view.setAccessibleName(self.strip.title)
         self.view.draw(layer)
 

@@ -7,7 +7,6 @@ from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QTabBar, QVBoxLayout, QWidget
 
 from ..widgets.basics import lay_out
-from .cloud.cloud_view import CloudView
 
 _SHARES = 3, 2
 """Initial widths of the images and the cloud, side by side."""
@@ -20,7 +19,6 @@ class Centre(QStackedWidget):
     ----------
     views : QWidget
         The images.
-    cloud : CloudView
 
     Attributes
     ----------
@@ -35,9 +33,8 @@ class Centre(QStackedWidget):
 
     turned = Signal()
 
-    def __init__(self, views: QWidget, cloud: CloudView) -> None:
+    def __init__(self, views: QWidget) -> None:
         super().__init__()
-        self._cloud = cloud
         self._split = QSplitter(Qt.Orientation.Horizontal)
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(views)
@@ -50,7 +47,6 @@ class Centre(QStackedWidget):
         self.tabs.setAccessibleName("Images or point cloud")
         self.addWidget(self.images)
         self.tabs.addTab("Images")
-        self._add_cloud()
         self.tabs.currentChanged.connect(self.setCurrentIndex)
         self.currentChanged.connect(self._follow)
 
@@ -76,7 +72,6 @@ class Centre(QStackedWidget):
 
     def picture(self) -> QPixmap:
         """Return what is shown, without the strips below the images."""
-        self._cloud.canvas.drawing.finish()
         return (self._cloud if self.shows_cloud_alone else self._split).grab()
 
     def show_images(self) -> None:
@@ -101,7 +96,7 @@ class Centre(QStackedWidget):
             self._split.setSizes([whole * share // sum(_SHARES) for share in _SHARES])
             self._cloud.show()
         else:
-            self._add_cloud()
+            self.add_cloud(self._cloud)
         self.turned.emit()
 
     def _follow(self, index: int) -> None:
@@ -110,7 +105,9 @@ class Centre(QStackedWidget):
             self._cloud.setFocus()  # so that its keys work
         self.turned.emit()
 
-    def _add_cloud(self) -> None:
-        self.addWidget(self._cloud)
+    def add_cloud(self, cloud: QWidget) -> None:
+        """Add the point cloud in a tab of its own."""
+        self._cloud = cloud
+        self.addWidget(cloud)
         index = self.tabs.addTab("Point cloud")
         self.tabs.setTabToolTip(index, "Depth as a 3D point cloud; the View menu puts it beside the images")

@@ -52,33 +52,21 @@ class ColourBar(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hide()
 
-    def set_unit(self, unit: str) -> None:
-        """Set the unit of the values."""
-        self._unit = unit
-        self.update()
-
-    def show_layer(self, layer: Layer | None) -> None:
+    def show_layer(self, layer: Layer, unit: str = "") -> None:
         """Show the scale of a layer's values; hide the bar if it has none."""
-        if layer is None or not layer.has_values:
-            self.set_levels(None)
-        else:
-            self.set_table(layer.table)
-            self.set_levels(layer.levels, layer.logarithmic)
+        shown = layer.has_values
+        self.show_scale(layer.table, layer.levels if shown else None, unit, shown and layer.logarithmic)
 
-    def set_table(self, table: NDArray[np.uint8]) -> None:
-        """Set the lookup table (256, 4); entries 1-255 run from the low to the high end."""
+    def show_scale(
+        self, table: NDArray[np.uint8], levels: tuple[float, float] | None, unit: str, logarithmic: bool = False
+    ) -> None:
+        """Show a lookup table (256, 4), whose entries 1-255 run from the low to the high end, and the values there;
+        None hides the bar. A logarithmic bar needs positive values."""
         row = np.ascontiguousarray(table[1:])
         self._gradient = QImage(row.data, len(row), 1, QImage.Format.Format_RGBA8888).copy()
         self.update()
-
-    def set_levels(self, levels: tuple[float, float] | None, logarithmic: bool = False) -> None:
-        """Set the values at the left and right end, in the bar's unit; None hides the bar.
-
-        A logarithmic bar needs positive values.
-        """
-        if (levels, logarithmic) != (self.levels, self._logarithmic):
-            self.levels, self._logarithmic = levels, logarithmic
-            self.update()
+        if (levels, unit, logarithmic) != (self.levels, self._unit, self._logarithmic):
+            self.levels, self._unit, self._logarithmic = levels, unit, logarithmic
             self.resized.emit()
 
     def set_value(self, value: float | None) -> None:

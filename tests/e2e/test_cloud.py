@@ -6,6 +6,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget
 
+from gui.features.cloud import CloudPanel
 from gui.features.status import StatusFeature
 from gui.views.cloud.scene import ColourBy
 from ilf.evaluation.measuring import measure
@@ -17,7 +18,7 @@ from .conftest import settle
 def shown(window, qtbot):
     """The cloud, when all that is to come has come."""
     settle(window, qtbot)
-    canvas = window.cloud.canvas
+    canvas = window.feature(CloudPanel).view.canvas
     qtbot.waitUntil(lambda: canvas.drawing.is_full or not len(canvas.scene))
     return canvas.scene
 
@@ -30,15 +31,17 @@ def pixels(widget):
 
 def place_of(window, pixel):
     """Where the point of a pixel is on the canvas."""
-    canvas = window.cloud.canvas
+    canvas = window.feature(CloudPanel).view.canvas
     index = canvas.scene.index_of(pixel)
     x, y, _ = canvas.camera.project(canvas.scene.points[index : index + 1], canvas.width(), canvas.height())[0]
     return QPoint(round(x), round(y))
 
 
 def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
-    document, cloud, actions = opened.workspace.current, opened.cloud, opened.actions_
+    document, actions = opened.workspace.current, opened.actions_
+    assert opened.context.made(CloudPanel) is None, "not made before it is looked at"
     opened.centre.show_cloud()
+    cloud = opened.feature(CloudPanel).view
     assert len(shown(opened, qtbot)) == document.frame.known.sum()
     assert not actions["cloud_raw"].isEnabled()
     why = {by: action.toolTip() for by, action in cloud._choices.items() if not action.isEnabled()}
@@ -89,10 +92,10 @@ def test_the_cloud_follows_what_is_known_of_the_frame(opened, qtbot, run_all):
 
 
 def test_points_and_pixels_are_linked(opened, qtbot):
-    document, canvas = opened.workspace.current, opened.cloud.canvas
+    document, canvas = opened.workspace.current, opened.feature(CloudPanel).view.canvas
     opened.actions_["cloud_beside"].setChecked(True)
     assert opened.views.isVisible()
-    assert opened.cloud.isVisible()
+    assert opened.feature(CloudPanel).view.isVisible()
     shown(opened, qtbot)
     opened.views.point_at((10, 40))
     assert canvas._marked == (10, 40)
@@ -111,17 +114,17 @@ def test_the_command_turns_between_images_and_cloud_also_if_they_are_side_by_sid
         opened.actions_["cloud_beside"].setChecked(beside)
         for _ in range(2):
             turn()
-            seen.append((opened.views.isVisible(), opened.cloud.isVisible()))
+            seen.append((opened.views.isVisible(), opened.feature(CloudPanel).view.isVisible()))
     assert seen == [(False, True), (True, False)] * 2
     assert not opened.actions_["cloud_beside"].isChecked()
 
 
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
-    canvas = opened.cloud.canvas
+    canvas = opened.feature(CloudPanel).view.canvas
     opened.centre.show_cloud()
     shown(opened, qtbot)
     opened.actions_["tool_measure"].trigger()
-    assert opened.cloud.isVisible()
+    assert opened.feature(CloudPanel).view.isVisible()
     chosen = opened.workspace.current.selected
     ends = (50, 5), (10, 44)
     for pixel in ends:

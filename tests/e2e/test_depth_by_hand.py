@@ -3,6 +3,7 @@
 import numpy as np
 from PySide6.QtCore import Qt
 
+from gui.features.cloud import CloudPanel
 from gui.features.tools import ToolsFeature
 from gui.work.frame_runs import RunState
 from ilf.run.replaying import replay
@@ -57,7 +58,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     window.actions_["cloud_beside"].trigger()
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: document.proposal is not None)
-    qtbot.waitUntil(lambda: "proposed surface" in window.cloud.strip.title)
+    qtbot.waitUntil(lambda: "proposed surface" in window.feature(CloudPanel).view.strip.title)
     shown = window.views.data.result
     assert abs(float(shown.depth[16, 14]) - (1.5 + 0.004 * 16)) < 0.01
     assert "proposed 1.56" in readout(window, (14, 16))

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtWidgets import QFileDialog
 
 import ilf
-from gui.features.cloud import CloudFeature
+from gui.features.cloud import CloudPanel
 from gui.features.status import StatusFeature
 from gui.views.cloud.scene import ColourBy
 from gui.work.frame_runs import RunState
@@ -72,11 +72,13 @@ def test_guesses_are_striped_named_and_counted(margin, qtbot, run_all):
     assert "extrapolated" not in readout(margin, (30, 10))
     assert re.search(r"out \d\.\d+ m.* [+-]\d+\.\d mm", margin.feature(StatusFeature).bar.readout.text())
     assert not margin.actions_["extrapolate"].isEnabled()
-    margin.cloud.set_colour_by(ColourBy.FILLED)
+    margin.feature(CloudPanel).view.set_colour_by(ColourBy.FILLED)
     margin.centre.show_cloud()
     margin.refresh.now()
-    qtbot.waitUntil(lambda: not margin.feature(CloudFeature).busy and len(margin.cloud.canvas.scene) > 0)
-    legend = [text for _, text in margin.cloud.canvas.scene.legend]
+    qtbot.waitUntil(
+        lambda: not margin.feature(CloudPanel).busy and len(margin.feature(CloudPanel).view.canvas.scene) > 0
+    )
+    legend = [text for _, text in margin.feature(CloudPanel).view.canvas.scene.legend]
     assert legend[-1] == f"{np.count_nonzero(completion.extrapolated)} extrapolated"
     margin.centre.show_images()
     margin.actions_["clear_results"].trigger()

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 import ilf
 from gui.features.blocks.feature import block_rows
 from gui.features.blocks.table import BlockColumn
+from gui.features.cloud import CloudPanel
 from gui.features.export.feature import ExportFeature
 from gui.features.export.jobs import Export
 from ilf.run.options import ExportOptions
@@ -152,4 +153,4 @@ def test_without_intrinsics_the_cloud_tab_says_what_to_do(window, qtbot, tmp_pat
     loaded(window, qtbot, window.loader.open, FrameRef(str(tmp_path / "rgb.png"), str(tmp_path / "depth.png")))
     window.centre.show_cloud()
     window.refresh.now()
-    assert "intrinsics" in window.cloud.canvas.message
+    assert "intrinsics" in window.feature(CloudPanel).view.canvas.message

@@ -22,6 +22,7 @@ from gui.base import theme
 from gui.base.commands import plain
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.table import BlockColumn
+from gui.features.cloud import CloudPanel
 from gui.features.status import StatusFeature
 from gui.tools.kinds import KINDS
 from gui.views.image_view import ImageView
@@ -345,7 +346,7 @@ def _dock(window, title: str) -> QDockWidget:
 def test_keys_turn_to_the_cloud_and_back(typing):
     key(typing, _Key.Key_3, CTRL)
     assert typing.centre.shows_cloud_alone
-    assert _focus() is typing.cloud.canvas
+    assert _focus() is typing.feature(CloudPanel).view.canvas
     key(typing, _Key.Key_3, CTRL)
     assert isinstance(_focus(), ImageView)
 

@@ -27,6 +27,7 @@ from ...state.parts import Part
 from ...widgets.basics import open_once
 from ...widgets.file_choice import ask_path, save_folder
 from ...work.latest_request import LatestRequest
+from ..cloud import CloudPanel
 from ..context import Context, Feature
 from ..project.feature import ProjectFeature
 from .frame_files import Kind
@@ -217,6 +218,7 @@ class DocumentsFeature(Feature):
         self.views.point_at(None)
         if focused is not None:
             focused.clearFocus()
+        self.context.feature(CloudPanel).view.canvas.drawing.finish()
         saved = self.context.centre.picture().save(path, "PNG")
         if focused is not None:
             focused.setFocus()
@@ -229,7 +231,7 @@ class DocumentsFeature(Feature):
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
         self.context.refresh.now()
-        self.context.cloud.canvas.drawing.finish()
+        self.context.feature(CloudPanel).view.canvas.drawing.finish()
         return self._window.grab()
 
     # runs opened from a record

@@ -31,6 +31,7 @@ from ...widgets.basics import ElidedLabel, Message, combo, command_button, lay_o
 from ...widgets.docks import PanelGroup
 from ...widgets.file_choice import ask_path, save
 from ...widgets.row_table import NumberRow, NumberTable
+from ..cloud import CloudPanel
 from ..context import Context
 from ..expected_error import ErrorFeature
 from ..panel import Panel
@@ -170,7 +171,7 @@ class InspectPanel(Panel):
         line = looked.line if self.visible or tool == "profile" else None
         for marks in self._marks:
             marks.show(line, self._place, looked.region, lines, texts)
-        self.context.cloud.canvas.set_lines(lines, texts)
+        self.context.feature(CloudPanel).view.canvas.set_lines(lines, texts)
         self.context.refresh.defer("inspect marks", _DEPTH if lines else NO_PART)  # distances follow the depth
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)

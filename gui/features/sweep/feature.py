@@ -317,9 +317,7 @@ class SweepFeature(Panel):
         if (coloured := (*colours, levels)) != self._coloured:
             self._icons.clear()
             self._coloured = coloured
-        self.bar.set_table(table)
-        self.bar.set_unit("mm" if differences else "m")
-        self.bar.set_levels(levels)
+        self.bar.show_scale(table, levels, "mm" if differences else "m")
         self.bar.show()
         tints: Sequence[QColor | None] = [None] * len(found.points)
         if len(found.sweep.values) == 1:

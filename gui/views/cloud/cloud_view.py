@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QBrush
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ...widgets.basics import PlainLabel, Themed, add_choices, lay_out, menu_button
+from ..layers import Layer
 from ..title_strip import TitleStrip
 from .canvas import DIRECTIONS, EMPTY_TEXT, CloudCanvas
 from .scene import ColourBy, Scene
@@ -117,7 +118,6 @@ class CloudView(Themed, QWidget):
     def add_switches(self, raw: QAction, chosen_only: QAction, beside: QAction) -> None:
         """Add buttons that show the depth before completion, and only the selected blocks; and to the menu, the command
         that puts the view beside the images."""
-        self.raw, self.chosen_only = raw, chosen_only
         raw.setIconText("Raw depth")
         chosen_only.setIconText("Selected only")
         self._bar.insertActions(self._clip_action, [raw, chosen_only])
@@ -130,8 +130,7 @@ class CloudView(Themed, QWidget):
         self.strip.set_title(scene.title)
         self.strip.set_text(", ".join(filter(None, (f"{len(scene):,} points", scene.note))))
         self.strip.set_legend([(QBrush(colour), text) for colour, text in scene.legend])
-        self.bar.set_unit(scene.unit)
-        self.bar.show_layer(scene.layer)
+        self.bar.show_layer(scene.layer, scene.unit)
 
     def set_message(self, text: str = EMPTY_TEXT) -> None:
         """Show a text in place of the cloud."""
@@ -139,7 +138,7 @@ class CloudView(Themed, QWidget):
         self.strip.set_title("3D")
         self.strip.set_text("")
         self.strip.set_legend([])
-        self.bar.set_levels(None)
+        self.bar.show_layer(Layer())
 
     def set_colour_by(self, colour_by: ColourBy) -> None:
         """Select what colours the points."""
