@@ -48,7 +48,7 @@ def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_ba
         workspace.show(frame)
         workspace.parameters.set(ilf.preset("paper", max_iterations=iterations))
     run()
-    workspace.parameters.share()
+    assert workspace.parameters.share() == [other]
     assert not other.is_up_to_date(1)
     run()
     assert other.is_up_to_date(1)

@@ -128,7 +128,13 @@ def test_a_drag_makes_a_measurement(host):
 def test_a_point_is_dragged_and_put_back(host):
     user = hand(host, "measure")
     user.click((3, 3))
+    user.hover((25, 40))
+    assert host.preview is not None
     user.click((20, 3))
+    assert host.preview is None
+    user.click((5, 40))
+    assert user.tool.undo_last(host)
+    assert not user.tool.busy
     user.drag([(21, 3), (22, 30)])
     assert measured(host) == [((3.5, 3.5), (22.5, 30.5))]
     user.drag([(3, 3), (10, 40)], release=False)
