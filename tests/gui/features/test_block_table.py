@@ -83,15 +83,6 @@ def test_selection_and_sorting_outlive_new_rows(table, qtbot):
     assert "Block 7" not in _names(table)
 
 
-def test_select_has_no_echo_and_clicks_do(table, qtbot):
-    with qtbot.assertNotEmitted(table.labelsSelected):
-        table.select([2, 9, 99])
-    assert table.chosen() == [2, 9]
-    with qtbot.waitSignal(table.labelsSelected) as blocker:
-        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=_centre(table, 3, BlockColumn.MISSING))
-    assert blocker.args == [[4]]
-
-
 def test_swatch_opens_the_colour_dialog(table, edits, qtbot, monkeypatch):
     answers = [QColor(), QColor(1, 2, 3)]
     monkeypatch.setattr(QColorDialog, "getColor", lambda *_: answers.pop(0))
