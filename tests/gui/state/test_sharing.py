@@ -41,6 +41,7 @@ def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_ba
     run()
     assert other.is_up_to_date(1)
     document.undo_stack.undo()
+    assert not workspace.parameters.shared.on
     assert other.is_up_to_date(1)
     document.undo_stack.redo()
     workspace.parameters.set(document.state.common.replace(s_criteria=0.002))
