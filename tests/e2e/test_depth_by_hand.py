@@ -37,6 +37,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     with qtbot.waitSignal(window.runs.resolved):
         drag(window, [(4, 16), (16, 16)])
     assert not document.blocks.by_hand.pixels[document.frame.known].any(), "only where depth is missing"
+    assert document.undo_stack.undoText() == "Paint depth"
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     result = document.valid_results()[left]
     assert document.is_up_to_date(left)
