@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import runpy
 from unittest.mock import patch
 
@@ -24,7 +25,7 @@ QUICK = (
     ("fuzz", "--sound", "autosave: 1 valid files are read"),
     ("fuzz", "--cases 10 --format pose", "| pose | 10 |"),
     ("fuzz", "--seed 1 --first 689 --cases 1 --format ros2-sqlite-sql", "| ros2-sqlite-sql | 1 |"),  # without columns
-    ("kill", "--rounds 1", "1 kills"),
+    ("kill", "--rounds 1 --seed RANDOM", "1 kills"),
     ("kill.writers", "--kills 4 --only preset blocks", "complete after kills"),
     ("monkey", "--steps 40 --seeds 1", "40 steps, 0 exceptions"),
     ("mutants", "--sample 1 --only ilf/data/camera.py --suites CAMERA_TESTS --jobs 1 --out OUT", "faults found"),
@@ -66,6 +67,7 @@ def data(tmp_path):
         "CAMERA_TESTS": "tests/ilf/data/test_camera.py",
         "STRAIGHT": "cylinder, 6.5 mm",
         "OUT": str(tmp_path / "out"),
+        "RANDOM": str(random.randrange(10**6)),
     }
 
 

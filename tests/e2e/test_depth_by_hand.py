@@ -10,7 +10,7 @@ from ilf.run.replaying import replay
 from ilf.run.writing import write
 
 from .conftest import readout
-from .hand import CTRL, click, drag, key
+from .hand import CTRL, SHIFT, click, drag, key
 
 _Key = Qt.Key
 
@@ -27,6 +27,8 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     window.refresh.now()
 
     # a picked depth is in the tool bar, a typed one is painted, and the block is solved again
+    drag(window, [(10, 16), (16, 16)])
+    assert "No depth is set yet" in window.notes.message
     click(window, (5, 30), CTRL)
     box = window.feature(ToolsFeature).options.hand_depth
     window.refresh.now()
@@ -34,7 +36,9 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     box.setValue(1.25)
     window.editor.options.brush_radius = 4.0
     with qtbot.waitSignal(window.runs.resolved):
-        drag(window, [(12, 16), (16, 16)])
+        drag(window, [(4, 16), (16, 16)])
+    assert not document.blocks.by_hand.pixels[document.frame.known].any(), "only where depth is missing"
+    assert document.undo_stack.undoText() == "Paint depth"
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     result = document.valid_results()[left]
     assert document.is_up_to_date(left)
@@ -46,8 +50,11 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
     assert "by hand 1.250 m" in readout(window, (14, 16))
 
+    drag(window, [(11, 16), (13, 16)], SHIFT)
+    assert not document.blocks.by_hand.pixels[16, 11:14].any()
     # undone, the earlier result is valid again without a run
-    key(window, _Key.Key_Z, CTRL)
+    for _ in range(2):
+        key(window, _Key.Key_Z, CTRL)
     assert document.blocks.by_hand is None
     assert document.is_up_to_date(left)
     window.refresh.now()

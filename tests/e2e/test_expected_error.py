@@ -113,3 +113,5 @@ def test_without_live_another_preset_makes_depth_stale_until_one_button_runs_the
     opened.refresh.now()
     qtbot.waitUntil(lambda: not grey("depth-out"))
     assert document.changed_blocks() == []
+    opened.actions_["run"].trigger()
+    assert "all blocks are up to date" in opened.notes.message

@@ -114,6 +114,7 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layou
     mine = _cut_off_by_hand(opened)
     before, steps, used = document.labels.copy(), document.undo_stack.count(), document.blocks.extraction
     stays = before == mine
+    assert document.blocks.edited
     for smallest in (48.0, 47.0):
         opened.workspace.parameters.set_extraction(ilf.BlockParameters(min_size=smallest, use_depth=False))
         settle(opened, qtbot)
@@ -128,6 +129,9 @@ def test_extract_keeps_a_block_made_by_hand_again_and_again(opened, qtbot, layou
         opened.workspace.undo_group.undo()
     np.testing.assert_array_equal(document.labels, before)
     assert document.blocks.extraction == used
+    while document.undo_stack.canUndo():
+        document.undo_stack.undo()
+    assert not document.blocks.edited, "as it was extracted"
     _click(opened, "Keep blocks made by hand")
     opened.actions_["extract"].trigger()
     settle(opened, qtbot)
@@ -140,6 +144,7 @@ def test_a_loaded_map_is_all_by_hand_and_the_message_says_what_to_do(opened, qtb
     document, said = opened.workspace.current, _said(opened)
     cv2.imwrite(str(tmp_path / "labels.png"), np.full(document.frame.shape, 5, np.uint16))
     document.replace_blocks(read_blocks(tmp_path / "labels.png", document.frame.shape).labels, "Load blocks")
+    assert document.blocks.edited
     opened.actions_["extract"].trigger()
     settle(opened, qtbot)
     assert (document.labels == 5).all()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 import ilf
 from gui.features.export.feature import ExportFeature
@@ -29,20 +29,7 @@ from ilf.sources.frame_ref import FrameRef
 
 from ..gui.states import edit
 from ..ilf.project_states import assert_same
-from .conftest import answer, in_front, open_frame, save, write_frame
-
-
-def save_to(path: Path, monkeypatch):
-    """The file that is chosen by the next "save as"."""
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
-
-
-def answered(text: str) -> bool:
-    """Click the button of the open message box; False if there is no box."""
-    shown = [box for box in QApplication.topLevelWidgets() if isinstance(box, QMessageBox) and box.isVisible()]
-    for button in [button for box in shown for button in box.buttons() if button.text().replace("&", "") == text]:
-        button.click()
-    return bool(shown)
+from .conftest import answer, asked, in_front, open_frame, save, write_frame
 
 
 def open_project(window, qtbot, path: Path):
@@ -307,9 +294,9 @@ def test_what_is_saved_is_what_there_was_and_replaces_nothing_unasked(opened, an
     open_project(opened, qtbot, path)
     assert told == ["p.ilf is open in another window: Save will ask for another file."]
     opened.workspace.current.edit_info(1, "Rename", name="Wall")
-    save_to(tmp_path / "other", monkeypatch)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "other"), ""))
     opened.actions_["save_project"].trigger()
-    answered("Leave them out")
+    answer(opened, "&Leave them out")
     qtbot.waitUntil(lambda: (tmp_path / "other.ilf").exists() and not opened.project.saving.busy)
     assert (path.read_bytes(), opened.project.present.path) == (before, tmp_path / "other.ilf")
 
@@ -356,9 +343,10 @@ def test_closing_saves_discards_or_stays_frame_by_frame(opened, another, qtbot, 
     assert dialog.save_button.text() == "&Save 1 of 2"
     told: list[str] = []
     monkeypatch.setattr(opened.notes, "warn", lambda what, notes, details="": told.extend(notes))
-    save_to(path, monkeypatch)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
     dialog.save_button.click()
-    qtbot.waitUntil(lambda: answered("Include them"))
+    asked(opened, qtbot)
+    answer(opened, "&Include them")
     qtbot.waitUntil(lambda: not opened.isVisible())
     assert told == []
 

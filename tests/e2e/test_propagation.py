@@ -11,6 +11,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolButton
 
+from gui.features.blocks.feature import block_rows
+from gui.features.blocks.table import BlockColumn
 from gui.features.filter import FilterPanel
 from gui.features.frame_list.feature import FramesFeature
 from gui.features.propagation import PropagateDialog, PropagationFeature
@@ -227,6 +229,15 @@ def test_what_needs_a_look_is_gone_through(listed, part, qtbot):
     reasons = {1: "A half of it could not be seen before.", 2: "It was not in the picture before."}
     document.change_blocks(reasons=reasons)
     document.note(Part.INFOS)
+    rows = block_rows(document, window.runs.current)
+    assert [reasons[label] in rows[label][BlockColumn.NAME].hint for label in (1, 2)] == [True, True]
+    edit(window.workspace, 0, rows=np.s_[40:44], columns=np.s_[50:54])
+    assert document.state.to_check == {1}, "what is edited has been looked at"
+    document.undo_stack.undo()
+    document.replace_blocks(np.where(document.labels == 1, 4, 3).astype(np.int32), "Load blocks")
+    assert (document.state.to_check, document.blocks.propagated_from) == (frozenset({1}), ""), "a locked block stays"
+    document.undo_stack.undo()
+    assert document.state.to_check == {1, 2}
 
     def said(command: str) -> str:
         window.actions_[command].trigger()

@@ -93,11 +93,14 @@ def test_runs_are_kept_compared_and_come_back_to(opened, part, qtbot, run_all, m
     _type(part, 1, RunColumn.NAME, "as printed")
     _type(part, 0, RunColumn.VALUES, "sharper")
     assert (first.name, live.note) == ("as printed", "sharper")
+    document.compare_runs([live])
+    live.ground_truth_error = 0.001
     part.view.selectRow(0)
     QTest.keyClick(part.view, Qt.Key.Key_Delete)
-    assert document.state.runs == (first,)
+    assert (document.state.runs, document.compared) == ((first,), [])
     actions["undo"].trigger()
-    assert document.state.runs == (first, live)
+    assert (document.state.runs, document.compared) == ((first, live), [live])
+    assert live.ground_truth_error is None, "there may be another truth since"
     opened.refresh.now()
     assert part.view.rows.keys == [live, first]
     assert len(document.state.runs) == 2, "undo solves nothing anew"

@@ -46,6 +46,7 @@ def test_an_outline_is_clicked_and_closed_by_enter(editing):
     key(editing, _Key.Key_Return)
     new = document.selected[0]
     assert (document.labels[8:18, 42:54] == new).all()
+    assert not (document.labels[22:] == new).any(), "the corner that was taken back"
     assert document.undo_stack.count() == 1
     double_click(editing, (5, 5))
     key(editing, _Key.Key_Escape)
@@ -175,6 +176,9 @@ def test_undo_gives_up_what_is_under_way_only(editing):
     editing.workspace.select([])
     _take(editing, "outline")
     drag(editing, [(40, 10), (50, 10), (50, 20), (40, 20), (40, 11)])
+    click(editing, (5, 5))
+    key(editing, _Key.Key_Backspace)
+    assert editing.views.cells["colour"].view.preview.extent is None
     click(editing, (5, 5))
     click(editing, (15, 5))
     for index in (1, 0):

@@ -38,6 +38,8 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     palette = opened.feature(ShortcutsFeature).palette
     QTest.keyClicks(palette.field, "merge")
     assert palette.hint.text().startswith("Select two or more unlocked blocks first.")
+    QTest.keyClick(palette.field, Qt.Key.Key_Return)
+    assert palette.isVisible(), "it cannot be given"
     QTest.keyClick(palette.field, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
     QTest.keyClicks(palette.field, "sel all")
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
@@ -103,7 +105,11 @@ def test_a_panel_is_found_by_what_it_shows(opened):
     palette.toggle()
     QTest.keyClicks(palette.field, "curves")
     assert listed(palette.list)[0].text == "Convergence"
-    palette.leave()
+    QTest.keyClick(palette.field, Qt.Key.Key_Escape)
+    assert not palette.isVisible()
+    palette.toggle()
+    opened.views.active.view.setFocus()
+    assert not palette.isVisible(), "it goes when something else is turned to"
 
 
 def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):

@@ -5,7 +5,8 @@
 A child process works randomly in the real window (strokes, splits, names, locks, values, runs, undo, other frames,
 saving the project) and reports the state of all frames after each step. It is killed at any moment, or while it writes
 its autosave or the project file. Autosave and project file must contain a state that the child has had, the last one or
-one that was replaced at most 3 s before the kill, with all frames from the same moment.
+one that was replaced at most 3 s before the kill, with all frames from the same moment. The exit status is 1 if they
+do not.
 """
 
 import argparse
@@ -44,6 +45,7 @@ def main() -> None:
         print(f"age of the recovered state [s]: median {middle:.3f}, 95 % {high:.3f}, maximum {max(ages):.3f}")
     for found in wrong:
         print(found)
+    raise SystemExit(any(found.problem for found in wrong))
 
 
 if __name__ == "__main__":

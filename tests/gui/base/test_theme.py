@@ -5,6 +5,7 @@ from collections.abc import Callable
 from itertools import combinations
 from unittest.mock import Mock
 
+import cv2
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -47,15 +48,16 @@ SEEN_BY = {
         [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
     ),
 }
-XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def _linear(colour: QColor) -> np.ndarray:
+    sent = np.array([colour.redF(), colour.greenF(), colour.blueF()])
+    return np.where(sent <= 0.04045, sent / 12.92, ((sent + 0.055) / 1.055) ** 2.4)
 
 
 def lab(colour: QColor, eye: str) -> np.ndarray:
-    sent = np.array([colour.redF(), colour.greenF(), colour.blueF()])
-    linear = np.where(sent <= 0.04045, sent / 12.92, ((sent + 0.055) / 1.055) ** 2.4)
-    xyz = XYZ @ np.clip(SEEN_BY[eye] @ linear, 0, 1) / (0.9505, 1.0, 1.089)
-    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
-    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+    seen = np.clip(SEEN_BY[eye] @ _linear(colour), 0, 1)
+    return cv2.cvtColor(np.float32([[seen]]), cv2.COLOR_LRGB2Lab)[0, 0]
 
 
 def _apart(one: QColor, other, eye: str) -> float:
@@ -64,16 +66,8 @@ def _apart(one: QColor, other, eye: str) -> float:
 
 def contrast(one: QColor, other: QColor) -> float:
     """Return the contrast ratio of two colours, 1 to 21, as WCAG 2 defines it."""
-    darker, brighter = sorted((_luminance(one), _luminance(other)))
+    darker, brighter = sorted(_linear(colour) @ (0.2126, 0.7152, 0.0722) for colour in (one, other))
     return (brighter + 0.05) / (darker + 0.05)
-
-
-def _luminance(colour: QColor) -> float:
-    linear = [
-        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
-        for part in (colour.redF(), colour.greenF(), colour.blueF())
-    ]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 pytestmark = pytest.mark.usefixtures("any_theme")

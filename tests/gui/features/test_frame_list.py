@@ -15,7 +15,6 @@ from gui.state.workspace import Entry
 from gui.work.jobs import stop_workers
 from ilf.project.project import FrameSummary, Stage
 from ilf.sources.frame_ref import FrameRef, ReadingOptions
-from tests.gui.naming import unnamed
 
 SUMMARIES = {
     "frame-10": FrameSummary(),
@@ -84,23 +83,6 @@ def panel(shown):
     shown(panel, 300, 400)
     yield panel
     stop_workers(panel)
-
-
-def _row(panel: FramesPanel, row: int):
-    return panel.view.visualRect(panel.model.index(row, 0))
-
-
-def test_click_opens_and_delete_takes_out(panel, qtbot):
-    viewport, entries = panel.view.viewport(), panel.model.entries
-    assert unnamed(panel) == []
-    with qtbot.waitSignal(panel.view.opened) as blocker:
-        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=_row(panel, 1).center())
-    assert blocker.args == [entries[1]]
-    with qtbot.assertNotEmitted(panel.view.opened), qtbot.waitSignal(panel.view.removal_requested) as blocker:
-        shift = Qt.KeyboardModifier.ShiftModifier
-        qtbot.mouseClick(viewport, Qt.MouseButton.LeftButton, shift, _row(panel, 3).center())
-        qtbot.keyClick(panel.view, Qt.Key.Key_Delete)
-    assert blocker.args == [entries[1:]]
 
 
 def test_the_frame_that_a_key_with_ctrl_leads_to_is_selected_alone(panel, qtbot):

@@ -168,24 +168,6 @@ def test_absurd_scale_is_refused_with_the_way_out_and_mends(dialog, folder, qtbo
     qtbot.waitUntil(dialog.accept_button.isEnabled)
 
 
-@pytest.mark.parametrize(
-    ("make", "expected"),
-    [
-        (lambda at: cv2.imwrite(str(at), np.full((240, 320), 2000, np.uint16)), "320 x 240"),
-        (lambda at: cv2.imwrite(str(at), np.zeros((480, 640, 3), np.uint8)), "8-bit"),
-        (lambda at: at.write_bytes(b"no image"), "not a PNG"),
-        (lambda at: at.unlink(), "no such file"),
-    ],
-    ids=["size", "picture", "garbage", "gone"],
-)
-def test_a_wrong_depth_file_is_refused_in_plain_words(dialog, folder, make, expected):
-    make(folder / "depth.png")
-    dialog.set_files(str(folder / "rgb.png"), str(folder / "depth.png"))
-    assert expected in dialog.message.text()
-    assert dialog.message.tone() == "error"
-    assert not dialog.accept_button.isEnabled()
-
-
 def test_a_file_alone_is_judged_before_its_depth_is_asked_for(dialog, folder):
     (folder / "depth.png").unlink()
     dialog.set_files(str(folder / "rgb.png"))

@@ -101,17 +101,3 @@ def test_whole_words_of_a_menu_come_before_letters_scattered_over_a_text(window,
     palette.toggle()
     qtbot.keyClicks(palette.field, "theme")
     assert [entry.text for entry in listed(palette.list)] == ["Dark", "Tighten some"]
-
-
-def test_what_cannot_be_given_says_why_and_is_not(window, qtbot):
-    palette = CommandPalette(window, persistent=False)
-    palette.toggle()
-    qtbot.keyClicks(palette.field, "brush")
-    assert palette.hint.text().startswith("Open a frame first.")
-    qtbot.keyClick(palette.field, Qt.Key.Key_Return)
-    assert palette.isVisible()
-    qtbot.keyClick(palette.field, Qt.Key.Key_Escape)
-    assert not palette.isVisible()
-    palette.toggle()
-    window.centralWidget().setFocus()
-    assert not palette.isVisible(), "it goes when something else is turned to"

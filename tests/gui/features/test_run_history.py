@@ -181,25 +181,6 @@ def test_restoring_takes_common_and_own_values_as_one_step(document, workspace):
     assert (document.state.common, document.blocks.own) == (QUICK, former)
 
 
-def test_deleted_runs_come_back_beside_those_kept_since(document, workspace):
-    runs = [stored_run(document, number, QUICK) for number in (1, 2, 3)]
-    for kept in runs[:2]:
-        document.keep_run(kept)
-    workspace.current.compare_runs(runs[:2])
-    runs[0].ground_truth_error = 0.001
-    document.delete_runs([runs[0]])
-    workspace.current.set_ground_truth(np.full(document.frame.shape, 3.0, np.float32))
-    assert (document.state.runs, document.compared) == ((runs[1],), [runs[1]])
-    assert document.state.compared == (2,)
-    document.keep_run(runs[2])
-    document.undo_stack.undo()
-    assert document.state.runs == tuple(runs)
-    assert set(document.compared) == set(runs[:2])
-    assert runs[0].ground_truth_error is None, "there is another truth since"
-    document.delete_runs([stored_run(document, 4, QUICK)])
-    assert document.undo_stack.count() == 1, "it was not there"
-
-
 def test_compared_runs_are_few_and_differ_in_colour(document, workspace):
     runs = [stored_run(document, number, QUICK) for number in range(1, MAX_COMPARED + 2)]
     for kept in runs:

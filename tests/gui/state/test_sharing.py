@@ -26,18 +26,6 @@ def shared(workspace):
     return workspace
 
 
-def test_sharing_gives_the_present_values_to_all_and_undo_takes_them_back(workspace, document, other):
-    set_smoothness(workspace, 3.0)
-    assert workspace.parameters.share() == [other]
-    assert workspace.parameters.shared == SharedParameters(True, document.state.common)
-    assert smoothness(document, other) == [3.0, 3.0]
-    document.undo_stack.undo()
-    assert not workspace.parameters.shared.on
-    assert smoothness(document, other) == [3.0, 1.0]
-    document.undo_stack.redo()
-    assert smoothness(document, other) == [3.0, 3.0]
-
-
 def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_back(
     workspace, document, other, small_labels
 ):
@@ -48,11 +36,12 @@ def test_results_of_other_values_are_out_of_date_in_all_frames_until_they_are_ba
         workspace.show(frame)
         workspace.parameters.set(ilf.preset("paper", max_iterations=iterations))
     run()
-    workspace.parameters.share()
+    assert workspace.parameters.share() == [other]
     assert not other.is_up_to_date(1)
     run()
     assert other.is_up_to_date(1)
     document.undo_stack.undo()
+    assert not workspace.parameters.shared.on
     assert other.is_up_to_date(1)
     document.undo_stack.redo()
     workspace.parameters.set(document.state.common.replace(s_criteria=0.002))

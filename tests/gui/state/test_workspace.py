@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-import ilf
-from gui.state.document import Document
 from gui.state.frame_data import LARGEST_LABEL
 from gui.state.parts import NO_PART, Part
 from gui.state.results import ErrorEstimate
 from ilf.project.project import Stage
 
-from ..states import edit, painted
+from ..states import edit
 
 # sessions
 
@@ -26,21 +24,6 @@ def test_the_next_label_is_one_that_no_block_has_or_had(document):
     free = LARGEST_LABEL - 1
     document.change_blocks(infos=dict.fromkeys(set(range(1, LARGEST_LABEL + 1)) - {free}, document.blocks.infos[free]))
     assert document.next_label() == LARGEST_LABEL - 1
-
-
-def test_blocks_are_edited_unless_they_are_what_the_extraction_gave(document, small_labels):
-    assert not document.blocks.edited
-    document.set_labels(painted(document, 2))
-    assert document.blocks.edited
-    document.set_labels(small_labels)
-    assert not document.blocks.edited
-    document.change_blocks(kept=frozenset({1}))
-    assert document.blocks.edited
-    for parameters, by_hand in ((None, False), (ilf.BlockParameters(), True)):
-        run = ilf.Run(
-            document.frame, ilf.Blocks(small_labels, extraction=parameters, extracted=None if by_hand else small_labels)
-        )
-        assert Document.of(run, "origin", "key").blocks.edited
 
 
 # results while a run goes on

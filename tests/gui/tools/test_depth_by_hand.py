@@ -24,26 +24,6 @@ def _depth(hand: Hand) -> np.ndarray:
     return np.full((48, 64), np.nan, np.float32) if by_hand is None else by_hand.depth
 
 
-def test_a_picked_depth_is_painted_where_depth_is_missing(hand):
-    hand.drag([(10, 16), (18, 16)])
-    assert hand.host.said == ["No depth is set yet: Ctrl+click picks one from the image, or type it in the tool bar."]
-    hand.click((5, 30), "c")
-    assert hand.host.options.hand_depth == pytest.approx(1.62)
-    hand.drag([(4, 16), (14, 16)])
-    painted = np.isfinite(_depth(hand))
-    assert painted[14:18, 8:14].all()
-    assert not painted[:, :8].any(), "depth is known there"
-    assert np.nanmax(_depth(hand)) == np.float32(hand.host.options.hand_depth)
-    assert hand.host.steps == ["Paint depth"]
-    hand.drag([(8, 16), (10, 16)], "s")
-    assert hand.host.steps == ["Paint depth", "Remove depth by hand"]
-    assert not np.isfinite(_depth(hand)[16, 8:11]).any()
-    hand.host.document.undo_stack.undo()
-    assert np.array_equal(np.isfinite(_depth(hand)), painted)
-    hand.host.document.undo_stack.undo()
-    assert hand.host.document.blocks.by_hand is None
-
-
 def test_strokes_stay_in_the_selected_blocks_and_out_of_locked_ones(hand):
     host = hand.host
     host.options.hand_depth = 2.0

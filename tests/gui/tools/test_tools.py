@@ -106,23 +106,6 @@ def test_an_outline_of_clicks_is_closed(host, end):
     assert not outline.finish()
 
 
-def test_corners_are_taken_back_one_by_one(host):
-    outline = hand(host, "outline")
-    for corner in ((40, 10), (50, 10), (60, 40), (50, 20)):
-        outline.click(corner)
-    assert outline.tool.undo_last(host)
-    assert outline.tool.undo_last(host)
-    outline.click((50, 20))
-    outline.click((40, 20))
-    outline.finish()
-    assert host.labels[30, 55] == 2
-    assert (host.labels[11:19, 41:49] == 3).all()
-    outline.click((5, 5))
-    assert outline.tool.undo_last(host)
-    assert not outline.tool.busy
-    assert not outline.tool.undo_last(host)
-
-
 def test_an_outline_may_be_clicked_and_dragged_in_turns(host):
     outline = hand(host, "outline")
     outline.click((40, 10))

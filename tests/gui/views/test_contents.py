@@ -11,6 +11,7 @@ import ilf
 from gui.views.colours import FULL, ROBUST, strength_table
 from gui.views.layers import CONTENTS, Content, Layer, checked
 from gui.views.layouts import CELLS
+from gui.views.view_data import SIDES
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from .given_views import GivenViews, colour_at, place
@@ -52,27 +53,7 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
     assert start == {name: content for name, (_, content) in CELLS.items()}
     cell = views.cells["depth-in"]
     before = cell.grab().toImage()
-    for content in (
-        "colour",
-        "run-1",
-        "ground_truth",
-        "difference:ground_truth:run-1",
-        "error",
-        "expected-error",
-        "strength",
-    ):
-        views.set_content("depth-in", content)
-    for content in (
-        "creases",
-        "extraction",
-        "extrapolated",
-        "invalid_mask",
-        "spectrum",
-        "a",
-        "b",
-        "evaluation",
-        "depth-in",
-    ):
+    for content in (*CONTENTS, *SIDES, "run-1", "evaluation", "difference:ground_truth:run-1", "depth-in"):
         views.set_content("depth-in", content)
     assert cell.grab().toImage() == before
     views.set_content("depth-in", "ground_truth")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QApplication
 from gui.base import theme
 from gui.views.colours import depth_table, error_table
 from gui.views.interaction import PointerKind, Preview
-from gui.views.layouts import GRIDS
 from gui.views.view_data import Before
 from ilf.drawing.colours import robust_difference_level, to_indices
 from tests.pins.window.hand import wheel
@@ -379,28 +378,6 @@ def test_stale_depth_is_greyed_and_only_what_changed_is_drawn_again(views):
     assert drawn == [(slice(0, HEIGHT), slice(32, WIDTH)), (slice(0, HEIGHT), slice(3, WIDTH))]
     assert colour_at(view, place(view, 40, 30)) == fresh
     assert [text for _, text in cell.strip._legend] == ["missing"]
-
-
-def test_layouts_and_the_double_click_on_a_title(views, qtbot):
-    shown = []
-    views.sheet.layoutChanged.connect(shown.append)
-    views.sheet.set_layout("row")
-    assert views.shows("expected")
-    assert not views.cells["difference"].isVisible()
-    strip = views.cells["depth-out"].strip
-    QTest.mouseClick(strip, LEFT, pos=QPoint(5, 5))
-    assert QApplication.activePopupWidget() is not None, "one click opens the menu"
-    QTest.mouseDClick(strip, LEFT)
-    assert QApplication.activePopupWidget() is None
-    assert [name for name, cell in views.cells.items() if cell.isVisible()] == ["depth-out"]
-    assert not views.shows("expected")
-    qtbot.waitUntil(lambda: view_of(views, "depth-out").viewport().width() > 700)
-    QTest.mouseDClick(strip, LEFT)
-    assert shown == ["row", "depth-out", "row"]
-    views.sheet.set_layout("grid-difference")
-    assert [name for name, cell in views.cells.items() if cell.isVisible()] == list(GRIDS["grid-difference"][0])
-    with pytest.raises(ValueError, match="grid"):
-        views.sheet.set_layout("both")
 
 
 def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtbot):

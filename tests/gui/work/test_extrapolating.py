@@ -2,7 +2,6 @@
 
 import threading
 
-import numpy as np
 import pytest
 
 from gui.work import frame_runs as runs_module
@@ -31,31 +30,6 @@ def _run_with_a_gap(bench):
     bench.run_all({1})
     bench.said.clear()
     bench.finished.clear()
-
-
-def test_the_rest_is_guessed_and_marked_and_goes_when_results_change(bench, until):
-    bench.runs.current.extrapolate()
-    assert bench.states == [], "nothing has been run"
-    _run_with_a_gap(bench)
-    missing = np.isnan(bench.document.completion().depth)
-    bench.runs.current.extrapolate()
-    assert bench.runs.state is RunState.EXTRAPOLATING
-    assert bench.runs.running == [bench.document]
-    until(lambda: bool(bench.said))
-    completion = bench.document.completion()
-    assert np.array_equal(completion.extrapolated, missing)
-    assert np.isfinite(completion.depth).all()
-    assert bench.document.extrapolated
-    assert bench.document.run(bench.workspace.parameters.current, extrapolate=True).extrapolate
-    assert bench.said[0].startswith(f"first: {np.count_nonzero(missing)} pixels extrapolated in ")
-    assert bench.finished == [bench.document]
-    assert bench.runs.state is RunState.IDLE
-    bench.runs.current.extrapolate()
-    assert bench.runs.state is RunState.IDLE, "there is nothing left to guess"
-    bench.runs.current.resolve([1])
-    until(lambda: bool(bench.resolved))
-    assert not bench.document.extrapolated
-    assert not bench.document.completion().extrapolated.any()
 
 
 def test_clearing_during_a_guess_leaves_nothing(bench, until, endless_extrapolation):

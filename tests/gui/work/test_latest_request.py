@@ -86,17 +86,3 @@ def test_after_forget_nothing_is_heard_of_older_questions(oracle, qtbot, questio
     oracle.ask(3)
     _settle(oracle, qtbot)
     assert oracle.told == [(3, 30)]
-
-
-def test_parts_and_shares_are_told_before_the_answer(oracle, qtbot):
-    def steps():
-        yield 0.5
-        yield "a part"
-        return "all"
-
-    told = []
-    oracle.questions.progressed.connect(told.append)
-    oracle.questions.ask(steps, told.append, step=told.append)
-    qtbot.waitUntil(lambda: not oracle.questions.busy)
-    assert sorted(map(str, told[:-1])) == ["0.5", "a part"]
-    assert told[-1] == "all"

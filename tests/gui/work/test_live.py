@@ -125,18 +125,6 @@ def test_another_layer_of_the_frame_may_have_a_part_in_all_blocks(bench, solver,
     assert _asked(bench)[1:] == [[1, 2]]
 
 
-def test_the_normal_run_is_of_what_has_changed(bench, until):
-    bench.script.allow()
-    bench.runs.current.start_changed()
-    until(lambda: len(bench.said) == 1)
-    bench.workspace.current.edit(bench.patch(3, np.s_[40:], np.s_[50:]), "Outline")
-    bench.runs.current.start_changed()
-    until(lambda: len(bench.said) == 2)
-    bench.runs.current.start_changed()
-    assert _asked(bench) == [[1, 2], [2, 3]]
-    assert bench.said[-1] == "first: all blocks are up to date. Use Run all blocks to run them again."
-
-
 def test_an_edit_is_said_at_once_and_what_it_did_when_it_is_known(bench, solver, line, until, monkeypatch):
     asked: list[tuple[ilf.Run, ilf.Run, Completed]] = []
 

@@ -6,48 +6,18 @@ import numpy as np
 
 from gui.features.blocks.feature import block_rows
 from gui.features.blocks.table import BlockColumn
-from gui.work import frame_runs as runs_module
 from gui.work.frame_runs import RunState
-from ilf import preset
 from ilf.data.blocks import find_blocks
 from ilf.segmentation.editing.cleaning import merge
 
 # starting and ending
 
 
-def test_a_run_goes_over_all_blocks_with_their_parameters_and_leaves_one_core(bench, monkeypatch):
-    monkeypatch.setattr(runs_module, "spare_cores", lambda: 5)
-    own = preset("paper", max_iterations=7)
-    bench.workspace.parameters.set(preset("released-code"))
-    bench.workspace.parameters.set(own, 2)
-    assert bench.runs.state.free
-    bench.runs.current.start()
-    assert bench.runs.state is RunState.RUNNING
-    assert not bench.runs.state.free
-    assert bench.runs.running == [bench.document]
-    bench.finish()
-    assert bench.run.threads == 5
-    assert set(bench.run.blocks) == {1, 2}
-    assert bench.run.run.parameters_of(1) == preset("released-code")
-    assert bench.run.run.parameters_of(2) == own
-    assert bench.run.closed
-    assert not bench.run.run.extrapolate
-    assert set(bench.document.valid_results()) == {1, 2}
-    assert bench.said[0].startswith("first: run finished, 2 blocks in ")
-    assert "edited" not in bench.said[0]
-    assert bench.finished == [bench.document]
-    assert bench.runs.state is RunState.IDLE
-    assert bench.states[0] is RunState.RUNNING
-    assert bench.states[-1] is RunState.IDLE
-    assert (bench.runs.running, bench.document.results.running, bench.runs.of(bench.document).share_done) == (
-        [],
-        [],
-        0.0,
-    )
-
-
 def test_a_run_that_breaks_keeps_what_is_done_and_tells_why(bench, until):
+    bench.runs.current.cancel()
+    assert bench.states == [], "there is nothing to cancel"
     bench.run_first_block()
+    assert bench.states == [RunState.RUNNING]
     bench.script.error = MemoryError("no room")
     bench.script.allow()
     until(lambda: bool(bench.failed))
@@ -79,26 +49,6 @@ def test_stepping_holds_after_every_step_and_pausing_and_going_on_turn_it(bench,
     bench.runs.current.toggle_pause()
     until(lambda: bool(bench.said))
     assert len(bench.document.valid_results()[2].history) == 50
-
-
-def test_cancelling_keeps_the_blocks_that_are_done(bench, until):
-    bench.runs.current.cancel()
-    assert bench.states == [], "there is nothing to cancel"
-    bench.runs.current.start()
-    bench.script.allow(4)
-    until(lambda: bench.document.results.running == [2])
-    bench.runs.current.cancel()
-    assert bench.runs.state is RunState.STOPPING
-    assert not bench.runs.state.free
-    bench.finish()
-    assert bench.said[0].startswith("first: run cancelled, 1 block in ")
-    assert set(bench.document.valid_results()) == {1}
-    assert bench.document.results.running == []
-    assert bench.finished == []
-    assert bench.runs.state is RunState.IDLE, "and the next run does not stop"
-    bench.runs.current.start()
-    until(lambda: len(bench.said) == 2)
-    assert "finished" in bench.said[1]
 
 
 # previews
