@@ -253,6 +253,8 @@ def test_the_best_run_has_filled_about_as_much_as_any(document):
     runs[2].results = {2: runs[2].results[2]}
     assert runs[2].recovered < 0.9 * runs[0].recovered
     assert best_of(runs, "ground_truth_error") == [runs[1]]
+    cancelled = stored_run(document, 4, QUICK, ground_truth_error=0.01, how="cancelled")
+    assert best_of([*runs, cancelled], "ground_truth_error") == [runs[1]]
     runs[0].ground_truth_error = 0.020004
     assert best_of(runs, "ground_truth_error") == [], "shown as the same number"
     runs[0].ground_truth_error = math.nan
