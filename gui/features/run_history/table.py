@@ -48,8 +48,8 @@ _NAME, _MOST_NAME = 86, 220
 _COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
 _BEST = (
-    "Bold with a star: best of the finished runs that have filled about as many pixels, or equal to it as shown. The panel "
-    "Accuracy compares runs on the same pixels."
+    "Bold with a star: best of the finished runs that have filled about as many pixels, or equal to it as shown. The "
+    "panel Accuracy compares runs on the same pixels."
 )
 _HEADINGS: dict[int, Heading] = {
     RunColumn.COMPARED: Heading(
@@ -211,7 +211,8 @@ class RunView(RowTable):
         free = self.viewport().width() - sum(map(self.columnWidth, (RunColumn.COMPARED, *ERRORS)))
         wanted = self.sizeHintForColumn(RunColumn.VALUES)
         most = min(max(free // 2, free - wanted, _NAME), _MOST_NAME, free - 1)
-        name = min(self.sizeHintForColumn(RunColumn.NAME), most)
+        heading = self.horizontalHeader().sectionSizeHint(RunColumn.NAME)
+        name = min(max(heading, self.sizeHintForColumn(RunColumn.NAME)), most)
         self.setColumnWidth(RunColumn.NAME, name)
         left = free - name - wanted
         for column in (RunColumn.SECONDS, RunColumn.ITERATIONS):
