@@ -72,7 +72,8 @@ class FramesFeature(Panel):
         context.centre.add_before(context.feature(EditSummaryFeature).line, self.bar)
         also = (context.actions["film_strip"].toggled,)
         context.refresh.add("film strip", self._find_place, Part.LIST, also=also)
-        context.panels.turned.connect(self._find_place)
+        self.dock.installEventFilter(self)
+        context.panels.turned.connect(self._find_place)  # also as it closes behind another tab
         _ = self.widget  # in one of its shapes
 
     def make(self) -> QWidget:
@@ -103,8 +104,9 @@ class FramesFeature(Panel):
         self.redraw()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the height of the window."""
-        if watched is self.context.centre and event.type() == QEvent.Type.Resize:
+        """Follow the dock as it opens, and the height of the window."""
+        opens = watched is self.dock and event.type() == QEvent.Type.Show
+        if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
             self._find_place()
         return super().eventFilter(watched, event)
 
