@@ -22,7 +22,6 @@ from ilf.segmentation.editing.patches import LabelPatch
 
 from ..base import theme
 from ..base.commands import command
-from ..base.needs import Need
 from ..state.parts import DrawnChange, Edit, Part
 from ..views.view_data import FormerState
 from ..widgets.basics import Themed, lay_out
@@ -155,7 +154,7 @@ class EditSummaryFeature(Feature):
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
-    def _why_no_edit(self) -> str:
+    def _why_none(self) -> str:
         return "" if self._change is not None else "Edit a block first."
 
     @command(
@@ -164,8 +163,7 @@ class EditSummaryFeature(Feature):
         icon="ph.eye",
         checkable=True,
         held="Z",
-        needs=Need.FRAME,
-        why_off=_why_no_edit,
+        why_off=_why_none,
     )
     def _show_before(self, on: bool) -> None:
         """Show blocks and depth before the last edit; holding Z does the same.
