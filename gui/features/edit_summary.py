@@ -154,7 +154,7 @@ class EditSummaryFeature(Feature):
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
-    def _why_none(self) -> str:
+    def _no_edit(self) -> str:
         return "" if self._change is not None else "Edit a block first."
 
     @command(
@@ -163,7 +163,7 @@ class EditSummaryFeature(Feature):
         icon="ph.eye",
         checkable=True,
         held="Z",
-        why_off=_why_none,
+        why_off=_no_edit,
     )
     def _show_before(self, on: bool) -> None:
         """Show blocks and depth before the last edit; holding Z does the same.
