@@ -154,16 +154,11 @@ class EditSummaryFeature(Feature):
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
-    def _no_edit(self) -> str:
+    def _why_no(self) -> str:
         return "" if self._change is not None else "Edit a block first."
 
     @command(
-        "show_before_edit",
-        "Show state &before the last edit",
-        icon="ph.eye",
-        checkable=True,
-        held="Z",
-        why_off=_no_edit,
+        "show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z", why_off=_why_no
     )
     def _show_before(self, on: bool) -> None:
         """Show blocks and depth before the last edit; holding Z does the same.
