@@ -95,7 +95,7 @@ def summary_html(title: str, effect: EditSummary | None, note: str, colours: the
             parts.append(_in_tone(colours.muted, f"expected RMS {expected} mm"))
     if note:
         parts.append(html.escape(note))
-    return " &nbsp;·&nbsp;&nbsp;".join(parts)
+    return "&nbsp;&nbsp;·&nbsp; ".join(parts)
 
 
 def _in_tone(tone: QColor, text: str) -> str:
@@ -154,7 +154,12 @@ class EditSummaryFeature(Feature):
         before = context.actions["show_before_edit"]
         context.refresh.add("state before the edit", partial(before.setChecked, False), Part.FRAME | edits)
 
-    @command("show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z")
+    def _why_no(self) -> str:
+        return "" if self._change is not None else "Edit a block first."
+
+    @command(
+        "show_before_edit", "Show state &before the last edit", icon="ph.eye", checkable=True, held="Z", why_off=_why_no
+    )
     def _show_before(self, on: bool) -> None:
         """Show blocks and depth before the last edit; holding Z does the same.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple
 
-from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer
+from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -70,7 +70,14 @@ class Docks(QObject):
     window : QMainWindow
     persistent : bool
         Whether the window size is restored from the last session and stored for the next.
+
+    Signals
+    -------
+    turned()
+        A panel was opened or closed.
     """
+
+    turned = Signal()
 
     def __init__(self, window: QMainWindow, persistent: bool) -> None:
         super().__init__(window)
@@ -127,6 +134,7 @@ class Docks(QObject):
         describe(action)
         action.triggered.disconnect()  # the default handler shows the dock behind the other tabs
         action.triggered.connect(lambda _=False: self._turn(title))
+        action.toggled.connect(self.turned)
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(self._show_titles_soon)
         action.setIcon(theme.icon(icon, self._window.palette()))

@@ -24,6 +24,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_
     run_all(opened)
     document = opened.workspace.current
     depth, former = document.current_depth().copy(), _picture(opened)
+    assert not opened.actions_["show_before_edit"].isEnabled()
     edit(opened.workspace, document.labels[20, 10], rows=np.s_[5:40], columns=np.s_[26:34])
     assert document.stale.any() or document.update_depth() is not None
     qtbot.waitUntil(lambda: "hold-out" in opened.feature(EditSummaryFeature).line.label.text())
@@ -38,6 +39,7 @@ def test_an_edit_is_followed_by_its_depth_and_by_what_it_did(opened, qtbot, run_
 
     present = _picture(opened)
     assert present != former
+    assert opened.actions_["show_before_edit"].isEnabled()
     view = opened.views.cells["colour"].view
     view.setFocus()
     QTest.keyPress(view, Qt.Key.Key_Z)

@@ -10,12 +10,15 @@ from gui.features.accuracy.panel import AccuracyPanel
 from gui.features.additional_depth import AdditionalDepthPanel
 from gui.features.colour_range import ColourRange
 from gui.features.extraction import ExtractionPanel
+from gui.features.frame_list.feature import FramesFeature
 from gui.features.inspect.panel import InspectPanel
 from gui.features.panel import Panel
 from gui.features.quality import QualityPanel
 from gui.features.sharing import SharingPanel
 from gui.state.parts import Part
+from gui.state.workspace import Entry
 from gui.widgets.docks import PanelGroup
+from ilf.sources.frame_ref import FrameRef
 
 
 class _Missing(Panel):
@@ -113,3 +116,15 @@ def test_a_window_at_rest_draws_nothing_and_takes_no_turns(opened, qtbot, monkey
     monkeypatch.setattr(opened.workspace, "tell", lambda: (turns.append(1), tell()))
     qtbot.wait(200)
     assert len(turns) <= 2
+
+
+def test_the_film_strip_comes_back_as_the_list_is_closed_behind_another_tab(opened):
+    opened.workspace.add_entries([Entry.of(FrameRef("/nowhere/other"))])
+    frames = opened.feature(FramesFeature)
+    for title in ("Frames", "Blocks"):  # in one place
+        opened.panels.reveal(title)
+    opened.refresh.now()
+    assert frames.bar.isHidden()
+    opened.findChild(QDockWidget, "Frames").close()
+    opened.refresh.now()
+    assert not frames.bar.isHidden()

@@ -161,6 +161,10 @@ def test_what_cannot_be_restored_is_left_for_another_time(window, left, qtbot, m
         with qtbot.waitSignal(window.notes.reported):
             answer(window, "&Restore")
     assert works <= set(left.glob("*.work"))
+    qtbot.wait(50)
+    (report,) = (box for box in window.findChildren(QMessageBox) if box.isVisible())
+    assert "the drive has been removed" in report.text(), "it is asked again only once this is closed"
+    report.close()
     _restore(window, qtbot, "frame-attic")
     assert _names(window) == ["frame-attic"]
 

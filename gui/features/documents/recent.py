@@ -113,8 +113,9 @@ class RecentMenu(QMenu):
         for number, origin in enumerate(self.there(), 1):
             name, key = name_of(origin).replace("&", "&&"), key_of(origin)
             self._add(f"&{number}  {name}", key, partial(self._open, origin))
-        self.addSeparator()
-        self._add("&Clear this list", "Clear this list; files are not changed", lambda: self._set([]))
+        if self.origins:  # a menu that is off is still looked through for commands
+            self.addSeparator()
+            self._add("&Clear this list", "Clear this list; files are not changed", lambda: self._set([]))
 
     def _add(self, text: str, hint: str, do: Callable[[], object]) -> None:
         action = self.addAction(text, lambda: do())

@@ -73,6 +73,7 @@ class FramesFeature(Panel):
         also = (context.actions["film_strip"].toggled,)
         context.refresh.add("film strip", self._find_place, Part.LIST, also=also)
         self.dock.installEventFilter(self)
+        context.panels.turned.connect(self._find_place)  # also as it closes behind another tab
         _ = self.widget  # in one of its shapes
 
     def make(self) -> QWidget:
@@ -103,8 +104,8 @@ class FramesFeature(Panel):
         self.redraw()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the dock as it opens and closes, and the height of the window."""
-        opens = watched is self.dock and event.type() in (QEvent.Type.Show, QEvent.Type.Hide)
+        """Follow the dock as it opens, and the height of the window."""
+        opens = watched is self.dock and event.type() == QEvent.Type.Show
         if opens or (watched is self.context.centre and event.type() == QEvent.Type.Resize):
             self._find_place()
         return super().eventFilter(watched, event)

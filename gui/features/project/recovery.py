@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from PySide6.QtWidgets import QApplication, QDialog
+
 from ilf._runtime.formatting import counted
 from ilf.errors import IlfError
 from ilf.project.archive import Parts
@@ -86,6 +88,8 @@ def _restored(context: Context, left: RecoverableWork) -> Steps[bool]:
     read = partial(context.loader.read, f"Restore {name}", lambda: _read_work(context, left))
     found: _Read | None = yield lambda go: read(go, go)
     if found is None:
+        if isinstance(report := QApplication.activeModalWidget(), QDialog):
+            yield report.finished.connect  # not two questions at once
         return False
     opened, problems, left_aside = found
     newer = "" if opened is None else _why_newer(opened.path, left)

@@ -48,8 +48,8 @@ _NAME, _MOST_NAME = 86, 220
 _COMPARABLE = 0.9
 """Minimum number of filled pixels of a best run, as a share of the largest number of any run."""
 _BEST = (
-    "Bold with a star: best of the runs that have filled about as many pixels, or equal to it as shown. The panel "
-    "Accuracy compares runs on the same pixels."
+    "Bold with a star: best of the finished runs that have filled about as many pixels, or equal to it as shown. The "
+    "panel Accuracy compares runs on the same pixels."
 )
 _HEADINGS: dict[int, Heading] = {
     RunColumn.COMPARED: Heading(
@@ -156,8 +156,9 @@ def _all_values(parameters: Parameters, values: str) -> str:
 
 def best_of(runs: Sequence[StoredRun], error: str) -> list[StoredRun]:
     """Return the runs with the smallest error of a kind, several if it is the same in the digits that are shown, of
-    those that have filled about as many pixels as any, and for hold-out errors were tested like most; none if fewer
-    than two are comparable, or if all of these are equal."""
+    those that have finished and filled about as many pixels as any, and for hold-out errors, which are of parameters,
+    were tested like most; none if fewer than two are comparable, or if all of these are equal."""
+    runs = [run for run in runs if run.how == "finished" or error == "hold_out_error"]
     most = max((run.recovered for run in runs), default=0)
     values = [(run, getattr(run, error)) for run in runs if run.recovered >= _COMPARABLE * most]
     evaluated = [(run, value) for run, value in values if value is not None and math.isfinite(value)]
@@ -210,7 +211,8 @@ class RunView(RowTable):
         free = self.viewport().width() - sum(map(self.columnWidth, (RunColumn.COMPARED, *ERRORS)))
         wanted = self.sizeHintForColumn(RunColumn.VALUES)
         most = min(max(free // 2, free - wanted, _NAME), _MOST_NAME, free - 1)
-        name = min(self.sizeHintForColumn(RunColumn.NAME), most)
+        heading = self.horizontalHeader().sectionSizeHint(RunColumn.NAME)
+        name = min(max(heading, self.sizeHintForColumn(RunColumn.NAME)), most)
         self.setColumnWidth(RunColumn.NAME, name)
         left = free - name - wanted
         for column in (RunColumn.SECONDS, RunColumn.ITERATIONS):

@@ -79,3 +79,12 @@ def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path):
 def test_settings_that_are_damaged_offer_nothing(kept):
     QSettings().setValue("recent/frames", kept)
     assert _recent().origins == []
+
+
+def test_an_empty_list_offers_nothing(tmp_path):
+    frames = _recent()
+    frames.note(FrameRef(str(tmp_path)))
+    frames.aboutToShow.emit()
+    frames.actions()[-1].trigger()
+    frames.aboutToShow.emit()
+    assert (frames.origins, frames.actions()) == ([], [])

@@ -8,7 +8,7 @@ import pytest
 
 import ilf
 from gui.features.run_history.panel import measure, write_runs
-from gui.features.run_history.table import best_of, values_of
+from gui.features.run_history.table import RunColumn, RunView, best_of, values_of
 from gui.state.document import MAX_COMPARED, RUN_COLOURS, Document
 from gui.state.parameters import DRAG_S
 from gui.work.frame_runs import RunState
@@ -234,6 +234,8 @@ def test_the_best_run_has_filled_about_as_much_as_any(document):
     runs[2].results = {2: runs[2].results[2]}
     assert runs[2].recovered < 0.9 * runs[0].recovered
     assert best_of(runs, "ground_truth_error") == [runs[1]]
+    cancelled = stored_run(document, 4, QUICK, ground_truth_error=0.01, how="cancelled")
+    assert best_of([*runs, cancelled], "ground_truth_error") == [runs[1]]
     runs[0].ground_truth_error = 0.020004
     assert best_of(runs, "ground_truth_error") == [], "shown as the same number"
     runs[0].ground_truth_error = math.nan
@@ -273,3 +275,11 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
     with pytest.raises(ExportError, match="no such file or folder"):
         write_runs(tmp_path / "none" / "runs.csv", document, document.state.runs)
+
+
+def test_an_empty_table_has_the_heading_of_the_names(qtbot):
+    table = RunView()
+    qtbot.addWidget(table)
+    table.resize(360, 200)
+    table.show_runs(None)
+    assert table.columnWidth(RunColumn.NAME) >= table.fontMetrics().horizontalAdvance("Run")
