@@ -188,7 +188,7 @@ class EditSummaryFeature(Feature):
 
     def _forget(self) -> None:
         self._change, self._before, self._present, self._asked = None, None, None, True
-        self.requests.forget()
+        self.requests.cancel()
         self.line.draw()
         self._note_present()
 

@@ -18,6 +18,7 @@ from ilf.segmentation.extraction import Extraction, extract
 from ..base import theme
 from ..base.commands import Command, command
 from ..base.needs import Need
+from ..state.document import Document
 from ..state.parts import Part
 from ..views.layouts import LAYOUT_TEXTS
 from ..views.view_data import ShownStage
@@ -68,7 +69,6 @@ class ExtractionPanel(Panel):
     more_commands = tuple(map(_stage_command, range(1, 1 + len(_COMMANDS)), _COMMANDS))
 
     def __init__(self, context: Context) -> None:
-        self._frame: RGBDFrame | None = None
         self._drawn: _Stage | None = None
         """What the picture in the view answers."""
         self._found: Extraction | None = None
@@ -79,6 +79,7 @@ class ExtractionPanel(Panel):
         super().__init__(context)
         for signal in (context.views.shownChanged, context.centre.turned):
             signal.connect(self.redraw)
+        self.workspace.on(Part.FRAME, self._turn)
 
     def make(self) -> QWidget:
         """Make the form, with the commands and the summary above it."""
@@ -114,23 +115,23 @@ class ExtractionPanel(Panel):
         """Update the picture and the summary from frame, parameters and stage."""
         if self.made:
             self.form.set_parameters(self.workspace.parameters.extraction)
-        frame = self.workspace.shown.frame if self.workspace.shown is not None else None
-        if frame is not self._frame:
-            self._frame, self._drawn, self._found, self._failure = frame, None, None, ""
-            self.requests.forget()
-        if frame is not None and self.views.shows("stage"):
-            self._ask_stage(frame)
+        if (document := self.workspace.shown) is not None and self.views.shows("stage"):
+            self._ask_stage(document)
         self._describe()
 
-    def _ask_stage(self, frame: RGBDFrame) -> None:
+    def _turn(self) -> None:
+        """Release the data of a frame that is not shown any more."""
+        self._drawn, self._found, self._failure = None, None, ""
+        self.requests.cancel()
+
+    def _ask_stage(self, document: Document) -> None:
         """Ask for the picture of the shown stage, unless the view shows it."""
-        document = self.workspace.current
         parameters = self.workspace.parameters.extraction if self._previews else document.blocks.extraction
         if parameters is None:
             self._drawn = None
             self._tell(message=_OFF)
             return
-        stage = frame, parameters, self.views.data.stage.name
+        stage = document.frame, parameters, self.views.data.stage.name
         if stage != self._drawn or self.busy:
             self.requests.ask(lambda: _draw_stage(*stage), lambda drawn: self._show_stage(stage, *drawn), key=stage)
 
@@ -188,7 +189,7 @@ class ExtractionPanel(Panel):
         if not self.made:
             return
         colours, workspace, text, note = theme.colours(self.widget.palette()), self.workspace, "", ""
-        if self._frame is None or workspace.shown is None:
+        if workspace.shown is None:
             pass
         elif self.views.shows("stage"):
             if self._failure:

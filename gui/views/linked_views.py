@@ -21,6 +21,7 @@ from .colour_ranges import ColourRanges
 from .colours import FULL
 from .image_view import ImageView
 from .interaction import Preview
+from .layers import Layer
 from .layouts import CELLS, Sheet
 from .navigation import Navigation
 from .shown_blocks import ShownBlocks
@@ -122,6 +123,8 @@ class LinkedViews(Themed, QWidget):
         frame = self.data.frame
         self.set_preview(None)
         self.show_found(stage=ShownStage(self.data.stage.name))
+        for cell in self.cells.values():
+            cell.view.draw(Layer())  # those that are hidden would keep the former frame
         if frame is None:
             self.navigation.set_frame(None)
             self._pages.setCurrentWidget(self._empty)

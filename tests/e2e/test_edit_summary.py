@@ -1,5 +1,9 @@
 """An edit in the real window: the depth follows, what it did is said, and the state before can be looked at."""
 
+import gc
+from threading import Event
+from weakref import ref
+
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
@@ -9,6 +13,7 @@ from gui.features.edit_summary import EditSummaryFeature
 from gui.features.filter import FilterPanel
 from gui.features.history import HistoryFeature
 from gui.work.frame_runs import RunState
+from ilf._runtime.long_work import check_cancelled
 
 from ..gui.states import edit
 from .conftest import settle
@@ -95,3 +100,30 @@ def test_values_for_chosen_blocks_go_to_all_of_them(opened, qtbot, run_all):
         opened.actions_["undo"].trigger()
     assert document.blocks.own == {}
     settle(opened, qtbot)
+
+
+def test_a_closed_frame_leaves_memory_though_its_edit_is_being_evaluated(opened, qtbot, run_all, monkeypatch):
+    begun, released = Event(), Event()
+
+    def evaluated(*_):
+        begun.set()
+        while not released.wait(0.01):
+            check_cancelled()
+
+    monkeypatch.setattr("gui.features.edit_summary.summarise_edit", evaluated)
+    run_all(opened)
+    document = opened.workspace.current
+    edit(opened.workspace, document.labels[20, 10], rows=np.s_[5:40], columns=np.s_[26:34])
+    qtbot.waitUntil(begun.is_set)
+    frame = ref(document.frame)
+    del document
+    opened.workspace.remove_entries([opened.workspace.current_entry])
+
+    def gone() -> bool:
+        gc.collect()
+        return frame() is None
+
+    try:
+        qtbot.waitUntil(gone)
+    finally:
+        released.set()

@@ -1,6 +1,8 @@
 """The stages of the extraction follow its sliders, the blocks follow "Extract blocks", and work by hand stays."""
 
+import gc
 import threading
+from weakref import ref
 
 import cv2
 import numpy as np
@@ -287,3 +289,15 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
     else:
         assert not document.blocks.edited
         assert not document.unsaved
+
+
+def test_a_closed_frame_leaves_memory_though_views_that_showed_it_are_hidden(staged, qtbot):
+    document = staged.workspace.current
+    seen = [ref(array) for array in (document.frame.rgb, document.frame.depth)]
+    staged.views.sheet.set_layout("colour")
+    settle(staged, qtbot)
+    del document
+    staged.workspace.remove_entries([staged.workspace.current_entry])
+    settle(staged, qtbot)
+    gc.collect()
+    assert [one() is None for one in seen] == [True, True]
