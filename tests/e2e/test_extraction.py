@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtWidgets import QCheckBox, QLabel, QSlider, QTabWidget
 
 import ilf
+from gui.features.export.feature import ExportFeature
 from gui.features.extraction import ExtractionPanel
 from ilf.drawing.blocks import block_overlay
 from ilf.io.block_files import read_blocks
@@ -291,9 +292,12 @@ def test_a_frame_is_shown_before_its_blocks_are_found(window, qtbot, frame_folde
         assert not document.unsaved
 
 
-def test_a_closed_frame_leaves_memory_though_views_that_showed_it_are_hidden(staged, qtbot):
+def test_a_closed_frame_leaves_memory_though_what_showed_it_is_hidden(staged, qtbot):
     document = staged.workspace.current
     seen = [ref(array) for array in (document.frame.rgb, document.frame.depth)]
+    staged.feature(ExportFeature).ask()
+    settle(staged, qtbot)
+    staged.feature(ExportFeature).widget.reject()
     staged.views.sheet.set_layout("colour")
     settle(staged, qtbot)
     del document

@@ -139,6 +139,7 @@ class ExportFeature(Panel):
         self.close_button = buttons.button(QDialogButtonBox.StandardButton.Close)
         buttons.accepted.connect(lambda: self.begin_export(self.request()))
         buttons.rejected.connect(dialog.reject)
+        dialog.finished.connect(self._release)
         self._form = QWidget()
         folder = label_of("F&older", self.folder_path), row(self.folder_path, browse)
         form(("Fra&mes", self.scope), ("&Depth", self.source), folder, parent=self._form)
@@ -223,6 +224,11 @@ class ExportFeature(Panel):
             if isinstance(model, QStandardItemModel):
                 model.item(number).setEnabled(count > 0)
         self._turn()
+
+    def _release(self) -> None:
+        """Release the frame, which may be closed while the dialog is not shown."""
+        self._run = self._completion = None
+        self.files.describe(None)
 
     def request(self) -> Export:
         """Return what the user wants; ParameterError or InputError if nothing can be exported like this."""
