@@ -52,7 +52,6 @@ class DerivedFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self._document: Document | None = None
         self._requested: dict[str, tuple[Any, ...]] = {}
         """What each kind is derived from; the same data are derived once, also if that fails."""
         context.workspace.on(Part.FRAME, self._turn)
@@ -64,12 +63,10 @@ class DerivedFeature(Feature):
     def show(self, name: str) -> None:
         """Ask for a kind, unless it is there or pending."""
         if self.workspace.shown is not None:
-            self._document = self.workspace.current
-            getattr(self, f"_ask_{name}")(self._document)
+            getattr(self, f"_ask_{name}")(self.workspace.shown)
 
     def _turn(self) -> None:
-        """Forget what was of another frame, and that frame."""
-        self._document = None
+        """Forget what was of another frame."""
         for name in _KINDS:
             self._tell(name)
 
@@ -88,8 +85,7 @@ class DerivedFeature(Feature):
             self.views.show_found(**{name: shown})
 
     def _take(self, name: str, key: tuple[Any, ...], found: Any) -> None:
-        # another frame may be shown that nothing was asked of yet
-        if key == self._requested.get(name) and self._document is not None and self._document is self.workspace.shown:
+        if key == self._requested.get(name):
             self.views.show_found(**{name: found})
 
     def _take_error(self, name: str, key: tuple[Any, ...], error: Exception) -> None:
