@@ -189,14 +189,12 @@ class ExtractionPanel(Panel):
         if not self.made:
             return
         colours, workspace, text, note = theme.colours(self.widget.palette()), self.workspace, "", ""
-        if workspace.shown is None:
-            pass
-        elif self.views.shows("stage"):
+        if self.views.shows("stage"):
             if self._failure:
                 note = html.escape(self._failure)
             elif self._found is not None:
                 text, note = html.escape(self._text(self._found)), html.escape(" ".join(self._found.notes))
-        elif self._previews and workspace.current.blocks.extraction != workspace.parameters.extraction:
+        elif self._previews and (now := workspace.shown) and now.blocks.extraction != workspace.parameters.extraction:
             link = f'<a href="view" style="color: {colours.accent.name()}">{html.escape(LAYOUT_TEXTS[LAYOUT])}</a>'
             text = f"Choose the view set {link} to see the result of these parameters."
         # not by palette, which a new application style sheet would reset
