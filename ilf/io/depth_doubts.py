@@ -283,20 +283,15 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
 
 def _stated_scale(read: DepthReading) -> PlausibilityWarning | None:
     """Whether the file states a scale by which its depth would be another one, as likely."""
+    low, high = MEDIAN_DEPTH_RANGE
     for name, scale in read.scales.items():
         medians = {units: read.median * read.encoding.units / units for units in (scale, 1 / scale, 1000 / scale)}
-        likely = {f"{units:.6g}": far for units, far in medians.items() if _in_range(far)}
+        likely = {f"{units:.6g}": far for units, far in medians.items() if low <= far <= high}
         if likely and f"{read.encoding.units:.6g}" not in likely:
             told = f"The file states {name} {scale:.6g}, which is not applied: the median is {read.median:.2f} m"
             others = " or ".join(f"{units} ({far:.2f} m)" for units, far in likely.items())
-            return PlausibilityWarning(
-                f"{told}. Give {others}, or the correct units, as depth encoding.", is_scale=True
-            )
+            return PlausibilityWarning(f"{told}. Give {others} as depth encoding, or the right one.", is_scale=True)
     return None
-
-
-def _in_range(depth: float) -> bool:
-    return MEDIAN_DEPTH_RANGE[0] <= depth <= MEDIAN_DEPTH_RANGE[1]
 
 
 def _scale(read: DepthReading) -> PlausibilityWarning | None:

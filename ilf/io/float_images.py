@@ -67,10 +67,10 @@ def npz_scales(file: FileContent) -> dict[str, float]:
     """The scales of depth that an NPZ file states beside it, by name, which `read_npz` does not apply."""
     told = f"{file}: this NPZ cannot be read ({{error}}). Save it again."
     with told_as(FormatError, told, _NPZ_ERRORS), zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
-        members = [(entry.filename.removesuffix(".npy"), entry) for entry in archive.infolist()]
-        small = [(name, entry) for name, entry in members if _SCALE_NAME.fullmatch(name) and entry.file_size < 1000]
-        content = [(name, np.frombuffer(zip_member(archive, entry, 1000), np.uint8)) for name, entry in small]
-    return named_scales((name, read_npy(FileContent(file.path, data))) for name, data in content)
+        small = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist() if entry.file_size < 1000}
+        content = {name: zip_member(archive, small[name], 1000) for name in small if _SCALE_NAME.fullmatch(name)}
+    arrays = {name: FileContent(file.path, np.frombuffer(data, np.uint8)) for name, data in content.items()}
+    return named_scales((name, read_npy(array)) for name, array in arrays.items())
 
 
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
