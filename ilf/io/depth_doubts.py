@@ -169,11 +169,12 @@ def _doubts(read: DepthReading) -> Iterator[PlausibilityWarning]:
     if no_depth:
         yield no_depth
         return
-    storage = _other_storage(read) if is_plain else None
+    stated = _stated_scale(read) if is_plain and is_known else None
+    storage = _other_storage(read) if is_plain and not stated else None
     used = encoding if storage is None else ENCODINGS[storage.encoding or ""]
     has_marker = encoding.invalid is None and used.name not in KINECT_DISPARITY  # which decode their own invalid value
     marker = marker_doubt(values, metres) if has_marker else None
-    scale = _stated_scale(read) or _scale(read) if is_plain and is_known and not (storage or marker) else None
+    scale = stated or (_scale(read) if is_plain and is_known and not (storage or marker) else None)
     rays = _along_rays(read.path) if is_plain else None
     yield from filter(None, (storage, marker, scale, rays))
 

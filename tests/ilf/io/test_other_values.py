@@ -197,3 +197,9 @@ def test_a_scale_inside_the_file_that_would_change_depth_is_doubted(kind, values
     read = read_depth(read_file(path))
     assert any("depth_scale" in text for text in read.warnings) == is_doubted
     assert not any("depth_scale" in text for text in read_depth(read_file(path), given=2000.0).warnings)
+
+
+def test_a_scale_inside_the_file_comes_before_guesses(tmp_path):
+    multiples_of_8 = (8 * np.arange(1500, 1500 + 48 * 64)).astype(np.uint16).reshape(48, 64)  # as of rotated bits
+    np.savez(tmp_path / "d.npz", depth=multiples_of_8, depth_scale=0.0001)
+    assert any("10000" in text for text in read_depth(read_file(tmp_path / "d.npz")).warnings)
