@@ -38,6 +38,7 @@ from .float_images import (
     PFM_SUFFIX,
     encode_exr,
     is_kinect_v2,
+    npz_scales,
     read_bin,
     read_exr,
     read_kinect_v2,
@@ -46,7 +47,7 @@ from .float_images import (
     read_pfm,
     read_viewer_raw,
 )
-from .hdf5 import HDF5_SUFFIXES, read_hdf5
+from .hdf5 import HDF5_SUFFIXES, hdf5_scales, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
@@ -162,6 +163,12 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
+_SCALES: dict[str, Callable[[FileContent, str | None], dict[str, float]]] = {
+    ".npz": lambda file, _dataset: npz_scales(file),
+    **dict.fromkeys(HDF5_SUFFIXES, hdf5_scales),
+}
+"""Suffix -> what finds the scales that such files state beside depth."""
+
 _SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
 """What Apple's photos say, see AVDepthData.Accuracy.relative."""
 
@@ -194,6 +201,8 @@ def read_depth(
         stated = ENCODINGS["mm"].units
     values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
     read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    if given is None and stated is None and file.path.suffix.lower() in _SCALES:
+        read = replace(read, scales=_SCALES[file.path.suffix.lower()](file, dataset))
     is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
     return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
 
