@@ -192,7 +192,7 @@ class ImageView(QAbstractScrollArea):
     layer : Layer
         What is shown.
     drawn : list of ndarray
-        Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place.
+        Copies of the drawn arrays, those of the layer first, since the originals may be changed in place.
     shown : ndarray of uint8, or None
         Colour (H, W, 3), or indices into the layer's table (H, W); None for no picture.
     """
@@ -270,16 +270,16 @@ class ImageView(QAbstractScrollArea):
     def draw(self, layer: Layer) -> None:
         """Draw a layer, as far as it is not drawn already; its message if there is no picture."""
         former, self.layer = self.layer, layer
-        if layer.message or not layer.parts:
+        if layer.message or not layer.arrays:
             self._set_colour(None)
         elif layer.picture is not None:
-            if former.picture is None or [*map(id, former.parts)] != [*map(id, layer.parts)]:
+            if former.picture is None or [*map(id, former.arrays)] != [*map(id, layer.arrays)]:
                 self._set_colour(layer.picture())
         elif self.drawn and _look(former) == _look(layer):
             self._draw_changes(layer)
         else:
             self.drawn = [array.copy() for array in _arrays(layer)]
-            self.shown, pixels = _coloured(layer, whole(layer.parts[0].shape))
+            self.shown, pixels = _coloured(layer, whole(layer.arrays[0].shape))
             self._set_pixels(pixels)
 
     def _set_colour(self, rgb: NDArray[np.uint8] | None) -> None:
@@ -311,19 +311,19 @@ class ImageView(QAbstractScrollArea):
         self._set_dots()
 
     @property
-    def _parts(self) -> list[NDArray[Any]]:
-        return self.drawn[: len(self.layer.parts)]
+    def _arrays(self) -> list[NDArray[Any]]:
+        return self.drawn[: len(self.layer.arrays)]
 
     def value_at(self, x: int, y: int) -> float | None:
         """Value at a pixel, in the unit of the colour bar; None if there is none."""
-        return self.layer.value_at(x, y, self._parts)
+        return self.layer.value_at(x, y, self._arrays)
 
     def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
         """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
 
         None if there are none.
         """
-        return self.layer.measure(*(sample(part[where]) for part in self._parts)) if self.drawn else None
+        return self.layer.measure(*(sample(array[where]) for array in self._arrays)) if self.drawn else None
 
     def visible_box(self) -> Box:
         """Return the box (rows, columns) of the image that is visible."""
@@ -456,25 +456,25 @@ class ImageView(QAbstractScrollArea):
 
 def _coloured(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], Pixels]:
     """Indices and colours of a layer in a box: stale values in grey, and marks where there are none."""
-    parts = [part[box] for part in layer.parts]
-    indices, table = layer.indices(*parts), packed(layer.table)
+    arrays = [array[box] for array in layer.arrays]
+    indices, table = layer.indices(*arrays), packed(layer.table)
     colours = table[indices]
     stale = None if layer.stale is None else layer.stale[box]
     if stale is not None and stale.any():
         colours[stale] = greyed(table)[indices[stale]]
     if layer.marks is not None and layer.mark_table is not None:
         missing = indices == 0
-        colours[missing] = packed(layer.mark_table)[layer.marks(*parts)[missing]]
+        colours[missing] = packed(layer.mark_table)[layer.marks(*arrays)[missing]]
     return indices, colours
 
 
 def _arrays(layer: Layer) -> list[NDArray[Any]]:
-    return [*layer.parts, *([] if layer.stale is None else [layer.stale])]
+    return [*layer.arrays, *([] if layer.stale is None else [layer.stale])]
 
 
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
-    return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]
+    return [*layer.look, layer.stale is None, [array.shape for array in layer.arrays]]
 
 
 def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:

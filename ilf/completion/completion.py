@@ -1,4 +1,4 @@
-"""The second half of DICP: frame + blocks + parameters -> completed depth."""
+"""Completion of the blocks of a frame: whether its guide is followed, the filters (`block`), the correction."""
 
 from __future__ import annotations
 
