@@ -73,9 +73,10 @@ def _comparison(without: Run, used: Run, depth: Depth | None) -> Generator[float
     hidden = compared_steps([hold_out_steps(run, threads=spare_cores()) for run in (without, used)])
     results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
     alone, together = (result.whole for result in results)
+    guide = f"It is {guide_text(used.frame)}. " if without.frame.guide is not used.frame.guide else ""
     was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
     return (
-        f"{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
+        f"{guide}{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
         f"{now} with it."
     )
 
@@ -228,7 +229,7 @@ class AdditionalDepthPanel(Panel):
             return "The camera's intrinsics of this frame are not known: open it with intrinsics."
         return ""
 
-    @command("use_neighbours", "Use &neighbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
+    @command("use_neighbours", "Use neig&hbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
     def use_neighbours(self) -> None:
         """Use depth that the frames before and after have measured where this one has none."""
         self.reveal()
