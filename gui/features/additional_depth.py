@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings, Qt, QTimer
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted, grouped, millimetres
@@ -76,8 +76,8 @@ def _comparison(without: Run, used: Run, depth: Depth | None) -> Generator[float
     guide = f"It is {guide_text(used.frame)}. " if without.frame.guide is not used.frame.guide else ""
     was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
     return (
-        f"{guide}{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
-        f"{now} with it."
+        f"{guide}{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without "
+        f"it, {now} with it."
     )
 
 
@@ -142,9 +142,9 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
         column.addStretch(1)
-        below = scrolled(inner), self.work  # in sight wherever the panel is scrolled to
-        widget = QWidget()
-        lay_out(QVBoxLayout(widget), *below, margins=(0, 0, 4, 4), stretched=below[0])
+        self._area = scrolled(inner)
+        widget = QWidget()  # the progress is in sight wherever the panel is scrolled to
+        lay_out(QVBoxLayout(widget), self._area, self.work, margins=(0, 0, 4, 4), stretched=self._area)
         return widget
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
@@ -267,6 +267,7 @@ class AdditionalDepthPanel(Panel):
         def take(text: str) -> None:
             if self._is_shown(document):
                 effect.show_message(text, "text")
+                QTimer.singleShot(0, lambda: self._area.ensureWidgetVisible(effect))  # once it has its height
 
         def fail(error: Exception) -> None:
             effect.show_message(error_text(error), "error")
