@@ -278,13 +278,11 @@ class AdditionalDepthPanel(Panel):
     def remove_guide(self) -> None:
         """Complete the frame without a guide."""
         self.workspace.current.set_guide(None, "Remove guide")
-        self.notes.show_message("Guide removed.")
 
     @command("remove_neighbours", "Remove depth of neighbours", icon="ph.x-circle", needs=Need.NEIGHBOURS)
     def remove_neighbours(self) -> None:
         """Complete the frame with its own depth alone."""
         self.workspace.current.set_neighbours(None, "Remove depth of neighbours")
-        self.notes.show_message("Depth of neighbours removed.")
 
     # what a worker does
 
