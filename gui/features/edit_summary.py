@@ -231,7 +231,7 @@ class EditSummaryFeature(Feature):
         """What the line says: the last edit with its effect, or that the views show the state before it."""
         if self._change is None:
             return _in_tone(colours.muted, _EMPTY if self.workspace.shown is not None else "")
-        title = _title(self._change)
+        title = self._change.text if self._change.forward else f"Undone: {self._change.text}"
         if self.context.actions.is_on("show_before_edit"):
             return _in_tone(colours.accent, f"<b>Before the edit: {html.escape(title)}</b>")
         return summary_html(title, self._effect, self._note, colours)
@@ -239,10 +239,6 @@ class EditSummaryFeature(Feature):
     def _tell_resolved(self, text: str) -> None:
         if not self.busy:  # after an edit, its summary is shown instead
             self.notes.show_briefly(text)
-
-
-def _title(change: Edit) -> str:
-    return change.text if change.forward else f"Undone: {change.text}"
 
 
 def _summary(edit: Edit, run: Run, before_edit: Completion | None, after: Completion | None) -> EditSummary:

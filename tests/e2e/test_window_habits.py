@@ -67,10 +67,13 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     assert opened.workspace.current.key == str(frame_folder)
 
 
-def test_each_menu_opens_by_a_key_of_its_own(opened):
-    keys = [QKeySequence.mnemonic(action.text()).toString() for action in opened.menuBar().actions()]
-    assert all(keys)
-    assert len(set(keys)) == len(keys)
+def test_each_menu_opens_by_a_key_of_its_own_and_so_do_its_commands_where_letters_suffice(opened):
+    bar = opened.menuBar().actions()
+    menus = {action.menu().title().replace("&", ""): action.menu().actions() for action in bar}
+    for actions in (bar, *(menus[title] for title in ("File", "Edit", "Blocks", "Inspect", "Review", "Help"))):
+        keys = [key for action in actions if (key := QKeySequence.mnemonic(action.text()).toString())]
+        assert len(set(keys)) == len(keys)
+    assert all(QKeySequence.mnemonic(action.text()).toString() for action in bar)
 
 
 def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):
