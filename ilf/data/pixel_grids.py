@@ -472,14 +472,14 @@ def contrast(values: Array, known: NDArray[np.bool_], around: NDArray[np.integer
 # Cells of an image, halving and doubling its grid.
 
 
-def padded(values: NDArray[Scalar], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Scalar]:
+def padded(values: NDArray[Any], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Any]:
     """Pad the sides of an image, below and on the right, to multiples of `cell`; `mode` as that of `np.pad`."""
     border = {"constant": cv2.BORDER_CONSTANT, "edge": cv2.BORDER_REPLICATE}[mode]
     below, right = (-size % cell for size in values.shape)
-    return cv2.copyMakeBorder(values, 0, below, 0, right, border, value=value) if below or right else values  # type: ignore[return-value]
+    return cv2.copyMakeBorder(values, 0, below, 0, right, border, value=value) if below or right else values
 
 
-def cells_of(values: NDArray[Scalar], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Scalar]:
+def cells_of(values: NDArray[Any], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Any]:
     """Divide an image into cells of cell x cell pixels, (rows of cells, cell, columns of cells, cell), see `padded`."""
     whole = padded(values, cell, mode, value)
     return whole.reshape(whole.shape[0] // cell, cell, whole.shape[1] // cell, cell)

@@ -77,14 +77,14 @@ class Sources:
     still: Mask
 
 
-def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> Sources:
+def sources_of(motion: Motion, after: RGBDFrame, still: Mask) -> Sources:
     """The source of every pixel: the one nearest in depth that moved there, unless it contradicts the depth there.
 
     Parameters
     ----------
     motion : Motion
     after : RGBDFrame
-    still : ndarray of bool, shape (H, W), optional
+    still : ndarray of bool, shape (H, W)
         Pixels whose source is their own position, regardless of the motion.
     """
     height, width = after.shape
@@ -106,8 +106,6 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     pixel = np.maximum(pixel, 0)
     seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
     sure = seen & motion.sure.ravel()[pixel]
-    if still is None:
-        return Sources(pixel, seen, sure, np.zeros(after.shape, bool))
     own = np.arange(height * width).reshape(height, width)
     return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
 
