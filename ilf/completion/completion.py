@@ -105,11 +105,8 @@ def completed_blocks(
 ) -> Steps[Step]:
     """Complete blocks, in stages: decide whether to follow the guide, filter the blocks, then correct."""
     frame = next((task.frame for task in tasks.values() if task.parameters.filter == "edge-aware"), None)
-    if frame is None or frame.guide is None:
-        yield from _completed(tasks, live, uncorrected, threads, watch)
-        return
-    test = yield from _hold_out_guide(frame, threads)
-    if test.everywhere:
+    test = None if frame is None or frame.guide is None else (yield from _hold_out_guide(frame, threads))
+    if frame is None or test is None or test.everywhere:
         yield from _completed(tasks, live, uncorrected, threads, watch)
         return
     # also where the belief is 0: a block is filled from its frame without suspect depth, of which it may be larger

@@ -376,14 +376,9 @@ class View:
         """The depth [m] in the box with depth by hand in its gaps."""
         return self.depth if self._by_hand is None else np.where(np.isnan(self.depth), self._by_hand[0], self.depth)
 
-    @cached_property
-    def _stated_in_block(self) -> Array:
-        """The same at the block's pixels."""
-        return self._stated[self.mask]
-
     def mean_depth(self, guide: FittedGuide | None) -> float:
         """Mean of the block's known depth and depth by hand [m]; of its guide if there is neither."""
-        known = self._stated_in_block
+        known = self._stated[self.mask]
         if guide is not None and not np.isfinite(known).any():
             known = guide.depth[self._block.box][self._block.mask]
         return float(np.nanmean(known, dtype=np.float64))
@@ -403,7 +398,7 @@ class View:
     def limits(self, trend: Array) -> tuple[float, float]:
         """Limits of the block's surface [m]: the range of its known depth, depth by hand and trend, unless most of the
         block is missing. Depth of other blocks that leaks through a gap in an edge is often beyond them."""
-        known, filled = self._stated_in_block, trend[self._mask]
+        known, filled = self._stated[self.mask], trend[self._mask]
         if np.count_nonzero(np.isfinite(known)) < WELL_KNOWN * known.size:
             return -math.inf, math.inf
         return float(min(np.nanmin(known), filled.min())), float(max(np.nanmax(known), filled.max()))
