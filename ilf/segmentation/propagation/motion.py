@@ -295,9 +295,7 @@ def flow_between(start: NDArray[Any], end: NDArray[Any]) -> tuple[Field, Mask]:
     return found[0][:height, :width], found[1][:height, :width]
 
 
-def _forward_backward_flow(
-    start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]
-) -> tuple[Field, Mask]:
+def _forward_backward_flow(start: NDArray[Any], end: NDArray[Any], shift: tuple[float, float]) -> tuple[Field, Mask]:
     """Flow from one image to another, starting from a global shift [px], and where the backward flow is consistent."""
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
     guess = np.empty((*start.shape, 2), np.float32)
