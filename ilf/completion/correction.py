@@ -23,6 +23,7 @@ from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
 from ..data.parameters import BlockParameters, Parameters
+from ..data.pixel_grids import distance_to
 from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
@@ -314,7 +315,7 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
 
 def fading(known: NDArray[np.bool_]) -> Array:
     """Factor on the changes, from 0 near known depth to 1; float32 (H, W)."""
-    faded = np.asarray(cv2.distanceTransform((~known).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+    faded = distance_to(known)
     faded -= np.float32(_FADED)
     faded /= np.float32(_FAR - _FADED)
     return np.clip(faded, 0, 1, out=faded)

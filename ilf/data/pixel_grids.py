@@ -45,6 +45,13 @@ def nearest_values(
     return np.asarray(distance, np.float32), of_place[places]
 
 
+def distance_to(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Distance to the nearest pixel of a mask [px], float32 (H, W); infinite if there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
 def _fill_by_loops(values: Array) -> Array:
     height, width = values.shape
     filled = values.copy()
