@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 from collections.abc import Callable
@@ -36,7 +37,6 @@ from .float_images import (
     KINECT_V2_SUFFIXES,
     PFM_SUFFIX,
     encode_exr,
-    encode_npy,
     is_kinect_v2,
     read_bin,
     read_exr,
@@ -288,6 +288,13 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     if suffix == ".npy":
         return encode_npy(metres), []
     return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
+
+
+def encode_npy(array: NDArray[np.float32]) -> bytes:
+    """Return values as NPY, without loss."""
+    content = io.BytesIO()
+    np.save(content, array.astype("<f4"))
+    return content.getvalue()
 
 
 def png_losses(depth: NDArray[np.floating], units: float) -> list[str]:

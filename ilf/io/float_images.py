@@ -46,13 +46,6 @@ def read_npy(file: FileContent) -> NDArray[Any]:
     return values.astype(values.dtype.newbyteorder("="), copy=False)
 
 
-def encode_npy(array: NDArray[np.float32]) -> bytes:
-    """Return values as NPY, without loss."""
-    content = io.BytesIO()
-    np.save(content, array.astype("<f4"))
-    return content.getvalue()
-
-
 def is_other_name(name: str) -> bool:
     """Whether the name of an array says that it is no depth, but distance along rays or disparity."""
     return "distance" in name.lower() or "disp" in name.lower()

@@ -29,8 +29,7 @@ from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
-from ..io.depth import encode_depth, encode_expected_error, precision_loss
-from ..io.float_images import encode_npy
+from ..io.depth import encode_depth, encode_expected_error, encode_npy, precision_loss
 from ..io.images import encode_image, encode_labels, encode_mask
 from ..io.meshes import write_mesh
 from ..sources.frame_ref import RECORD_FILE

@@ -16,7 +16,7 @@ from ilf.completion.guide_hold_out import FollowedRanges, HeldOut, decided, held
 from ilf.data.guide import Guide, GuideCard
 from ilf.errors import FormatError, InputError
 from ilf.evaluation.hold_out import frame_without, hidden_pixels
-from ilf.io.float_images import encode_npy
+from ilf.io.depth import encode_npy
 from ilf.io.frame_additions import load_guide
 
 SHAPE = (90, 120)
