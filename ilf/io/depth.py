@@ -287,17 +287,23 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
         raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
-    metres = _with_missing(np.array(plain_array(depth), np.float32))
+    metres = np.array(plain_array(depth), np.float32)
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     if metres.ndim != 2 or metres.size == 0:
         raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
     if suffix == ".png":
         image, warnings = _as_uint16(metres, checked_units(units))
         return encode_image(suffix, image), warnings
     if suffix == ".npy":
-        content = io.BytesIO()
-        np.save(content, metres.astype("<f4"))
-        return content.getvalue(), []
+        return encode_npy(metres), []
     return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
+
+
+def encode_npy(array: NDArray[np.float32]) -> bytes:
+    """Return values as NPY, without loss."""
+    content = io.BytesIO()
+    np.save(content, array.astype("<f4"))
+    return content.getvalue()
 
 
 def png_losses(depth: NDArray[np.floating], units: float) -> list[str]:
@@ -363,12 +369,6 @@ def encode_expected_error(
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
     return encode_depth(path, values, units)
-
-
-def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Mark values that are not finite and positive as missing, in place."""
-    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
-    return metres
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:
