@@ -24,7 +24,8 @@ _MIN_STAY_MS = 2000
 
 
 class Toast(Themed, QFrame):
-    """A message in one line, with buttons for its commands, if any, and a close button. It never takes the focus.
+    """A message in one line, with buttons for its commands, if any, and a close button. It never takes the focus, and
+    stays for a time, longer while the pointer is over it.
 
     Signals
     -------
@@ -34,7 +35,7 @@ class Toast(Themed, QFrame):
 
     gone = Signal()
 
-    def __init__(self, message: str, actions: Sequence[QAction]) -> None:
+    def __init__(self, message: str, milliseconds: int, actions: Sequence[QAction] = ()) -> None:
         super().__init__()
         self.setObjectName("toast")
         self.setStyleSheet(
@@ -50,7 +51,11 @@ class Toast(Themed, QFrame):
             row.addWidget(button)
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)
-        self.show_message(message)
+        self.message = message
+        self.label.setText(message)
+        self.setAccessibleName(message)
+        QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
+        self._over.start(milliseconds)
         self._take_theme()
 
     def _button(self, action: QAction) -> QToolButton:
@@ -60,17 +65,6 @@ class Toast(Themed, QFrame):
         button.clicked.connect(action.trigger)
         action.triggered.connect(self._go)  # also if it is triggered elsewhere
         return button
-
-    def show_message(self, message: str) -> None:
-        """Show a text."""
-        self.message = message
-        self.label.setText(message)
-        self.setAccessibleName(message)
-        QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
-
-    def stay(self, milliseconds: int) -> None:
-        """Stay for a time; longer while the pointer is over it."""
-        self._over.start(milliseconds)
 
     def enterEvent(self, event: QEnterEvent) -> None:
         """Stay while the pointer is over it."""
@@ -92,7 +86,6 @@ class Toast(Themed, QFrame):
 
 
 _MESSAGE_MS = 6000
-_BRIEF_MS = 4000
 _COMMAND_MS = 15_000
 
 
@@ -117,7 +110,6 @@ class Notes(QObject):
         super().__init__(window)
         self._window = window
         self._log = log
-        self._brief = ""
         self.shown: list[Toast] = []
 
     @property
@@ -135,16 +127,6 @@ class Notes(QObject):
         """Show a message with commands for a longer time, and add it to the log."""
         self._show(message, _COMMAND_MS, *actions)
         self._log.add(message)
-
-    def show_briefly(self, message: str) -> None:
-        """Show a short-lived message that is not logged, as at every move of a slider; not in place of others."""
-        if self.message in ("", self._brief):
-            self._brief = message
-            if self.shown:
-                self.shown[-1].show_message(message)
-                self.shown[-1].stay(_BRIEF_MS)
-            else:
-                self._show(message, _BRIEF_MS)
 
     def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
@@ -171,13 +153,12 @@ class Notes(QObject):
         for former in list(self.shown):
             if former.message == message or (actions and former.offered == actions):
                 self._drop(former)
-        toast = Toast(message, actions)
+        toast = Toast(message, milliseconds, actions)
         toast.gone.connect(lambda: self._drop(toast))
         self.shown.append(toast)
         self._window.statusBar().insertWidget(0, toast)
         for old in self.shown[:-MAX_TOASTS]:
             self._drop(old)
-        toast.stay(milliseconds)
         self._show_newest()
 
     def _drop(self, toast: Toast) -> None:

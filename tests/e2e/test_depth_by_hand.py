@@ -35,7 +35,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert box.value() == round(float(document.frame.depth[30, 5]), 3)
     box.setValue(1.25)
     window.editor.options.brush_radius = 4.0
-    with qtbot.waitSignal(window.runs.resolved):
+    with qtbot.waitSignal(window.runs.run_ended):
         drag(window, [(4, 16), (16, 16)])
     assert not document.blocks.by_hand.pixels[document.frame.known].any(), "only where depth is missing"
     assert document.undo_stack.undoText() == "Paint depth"
@@ -74,7 +74,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert document.proposal is None
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: document.proposal is not None)
-    with qtbot.waitSignal(window.runs.resolved):
+    with qtbot.waitSignal(window.runs.run_ended):
         key(window, _Key.Key_Return)
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     assert np.array_equal(document.blocks.by_hand.pixels, document.frame.missing & (document.labels == left))

@@ -26,18 +26,6 @@ def notes(window):
     notes.clear()
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, notes, qtbot):
-    notes.show_briefly("3 blocks in 20 ms")
-    notes.show_briefly("3 blocks in 25 ms")
-    assert [toast.message for toast in notes.shown] == ["3 blocks in 25 ms"]
-    notes.show_message("Values of their own stay.")
-    notes.show_briefly("3 blocks in 21 ms")
-    assert notes.message == "Values of their own stay."
-    notes.clear()
-    notes.show_briefly("3 blocks in 22 ms")
-    assert notes.message == "3 blocks in 22 ms"
-
-
 def test_options_of_the_command_line_are_not_told_in_a_window(window, notes, qtbot):
     label = Message()
     qtbot.addWidget(label)
