@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from PySide6.QtCore import QEvent, QPoint, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
@@ -37,8 +37,6 @@ class Cell(QWidget):
         self.view = ImageView(on_event)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
-        self._legend: Legend = []
-        self._stripe_legend: Legend = []
         self._data = data
         self._needs_draw = False
         self._pixel: tuple[int, int] | None = None
@@ -80,25 +78,7 @@ class Cell(QWidget):
         self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         self.view.fills.set_visible(concrete == "colour")
-        self.show_stripes()
         self.draw_again()
-
-    def set_legend(self, legend: Legend) -> None:
-        """Set the meaning of the picture's own colours."""
-        self._legend = legend
-        self.strip.set_legend([*self._stripe_legend, *legend])
-
-    def show_stripes(self) -> None:
-        """Set what is striped over the picture, drawn with the lines of all views, and its legend, at once or when the
-        cell becomes visible."""
-        self._needs_draw |= not self.isVisible()
-        if self._needs_draw:
-            return
-        self.view.stripe(striped(self._data, self.concrete))
-        styles = [(name, STYLES[name]) for name in self.view.striped]
-        patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
-        self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
-        self.set_legend(self._legend)
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
@@ -121,12 +101,13 @@ class Cell(QWidget):
         if not self._needs_draw:
             data, run = self._data, self._data.run(self.concrete)
             self.strip.set_title(title_of(self.concrete, data), None if run is None else run.colour)
+            self.view.stripe(striped(data, self.concrete))
             self._show(content_of(self.concrete).find(data, self.concrete))
             self._show_value()
 
     def _show(self, layer: Layer) -> None:
         self.strip.set_text(layer.text)
-        self.set_legend(layer.legend)
+        self.strip.set_legend([*_stripe_legend(self.view.striped), *layer.legend])
         self.bar.show_layer(layer, content_of(self.concrete).unit)
         self.view.setAccessibleName(self.strip.title)
         self.view.draw(layer)
@@ -135,7 +116,6 @@ class Cell(QWidget):
         super().showEvent(event)
         if self._needs_draw:
             self.draw_again()
-            self.show_stripes()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -143,6 +123,13 @@ class Cell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+
+
+def _stripe_legend(names: Iterable[str]) -> Legend:
+    """Return what stripes over the picture mean."""
+    patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
+    styles = [(name, STYLES[name]) for name in names]
+    return [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
 
 
 _GROUPS = (

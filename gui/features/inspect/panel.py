@@ -210,7 +210,7 @@ class InspectPanel(Panel):
         sample = None
         if self._pixel is not None:
             at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
-            if off_line(at, *line) <= REACH * self.views.pixel_size:
+            if off_line(at, *line) <= REACH / self.views.transform.scale:
                 sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
         self.profile.point_at(sample)
         self._point(sample)

@@ -124,7 +124,7 @@ def _stale(views):
 def test_nothing_stays_where_it_was(views, overlay):
     move = overlay(views)
     for scale in (1.5, 3.0, 0.4):
-        views.set_place(WIDTH / 2, HEIGHT / 2, scale)
+        views.transform.look_at(WIDTH / 2, HEIGHT / 2, scale)
         for step in range(STEPS):
             move(step)
             x, y = _place(step + 3)
