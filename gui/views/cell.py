@@ -39,7 +39,6 @@ class Cell(QWidget):
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
         self._data = data
         self._needs_draw = False
-        self._pixel: tuple[int, int] | None = None
         self._menu = ContentMenu(self)
         self._menu.chosen.connect(self.chosen)
         self.strip.menuRequested.connect(self.open_menu)
@@ -82,12 +81,11 @@ class Cell(QWidget):
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
-        self._pixel = pixel
         self.view.show_cursor(pixel)
         self._show_value()
 
     def _show_value(self) -> None:
-        pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
+        pixel = None if self._needs_draw or self.bar.isHidden() else self.view.pointed
         self.bar.set_value(None if pixel is None else self.view.value_at(*pixel))
 
     def open_menu(self, place: QPoint | None = None) -> None:

@@ -245,7 +245,8 @@ class ImageView(QAbstractScrollArea):
         self.preview = PreviewDrawing(6)
         # two, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
-        self._cursor: tuple[int, int] | None = None
+        self.pointed: tuple[int, int] | None = None
+        """The pixel (x, y) of the crosshair; None if it is hidden."""
         below = self.image, self.fills, self.points, self.stripes, self.lines
         for drawing in (*below, self.names, self.preview, *self._cross):
             self.add(drawing)
@@ -339,7 +340,7 @@ class ImageView(QAbstractScrollArea):
         dy = round((size.height() / 2 - y * scale) * ratio) / ratio
         self.transform = QTransform(scale, 0, 0, scale, dx, dy)
         self.names.visible = self.share > _MIN_SHARE_FOR_NAMES
-        self.show_cursor(self._cursor)
+        self.show_cursor(self.pointed)
         self.viewport().update()
 
     @property
@@ -376,7 +377,7 @@ class ImageView(QAbstractScrollArea):
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
-        self._cursor = pixel
+        self.pointed = pixel
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5
