@@ -45,7 +45,7 @@ def test_what_is_cut_is_a_tool_tip(window, notes, monkeypatch, text, is_cut):
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
     notes.show_message(text)
     QApplication.processEvents()
-    label = notes.shown[-1].label
+    label = notes.toast.label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
     assert said == [text if is_cut else ""]
 
@@ -59,10 +59,11 @@ def test_one_stays_while_the_pointer_is_on_it(notes, qtbot, monkeypatch):
     monkeypatch.setattr("gui.widgets.notes._MIN_STAY_MS", 50)
     monkeypatch.setattr("gui.widgets.notes._MESSAGE_MS", 30)
     notes.show_message("read me")
-    (toast,) = notes.shown
+    toast = notes.toast
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))
-    notes.show_message("gone soon")
-    qtbot.waitUntil(lambda: [toast.message for toast in notes.shown] == ["read me"])
+    qtbot.wait(100)
+    assert notes.message == "read me"
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone):
         pass
+    assert notes.message == ""
