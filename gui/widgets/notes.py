@@ -142,7 +142,7 @@ class Notes(QObject):
         """Remove the message."""
         if (toast := self.toast) is not None:
             self.toast = None
-            toast.gone.disconnect()
+            toast.gone.disconnect(self.clear)
             self._window.statusBar().removeWidget(toast)
             toast.deleteLater()
 
