@@ -96,7 +96,7 @@ class Crosshair:
         if not (rows.start <= y < rows.stop and columns.start <= x < columns.stop):
             self._views.transform.look_at(x + 0.5, y + 0.5, self._views.transform.scale)
         self._at, self.active = (x, y), True
-        self._views.point_at(self._at)
+        self._views.navigation.point_at(self._at)
         self._editor.pointer(self._event(PointerKind.HOVER if self._press is None else PointerKind.MOVE))
 
     def _event(self, kind: PointerKind) -> PointerEvent:

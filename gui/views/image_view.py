@@ -15,7 +15,6 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEv
 from PySide6.QtWidgets import QAbstractScrollArea
 
 from ilf.data.blocks import Box, bounds, union, whole
-from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
 
 from ..base import theme
@@ -362,10 +361,6 @@ class ImageView(QAbstractScrollArea):
         if self._stripes is None or self._stripes[0] != sampling:
             self._stripes = sampling, stripes(self.striped, sampling)
         return self._stripes[1]
-
-    def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
-        """Write names by label at inner points of their blocks."""
-        self.names.set_names(names, points, self.frame)
 
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.

@@ -194,9 +194,9 @@ class LinkedViews(Themed, QWidget):
             self._last_levels = levels
             self.rangeChanged.emit()
 
-    def _follow_sides(self, part: str) -> None:
+    def _follow_sides(self, *parts: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
-        self._draw(part)
+        self._draw(*parts)
         self.blocks.draw(Part.LABELS)
         used = frozenset().union(*(cell.uses for cell in self.sheet.shown))
         if used != self._used_with_sides:
@@ -256,11 +256,6 @@ class LinkedViews(Themed, QWidget):
         """Draw the preview of a tool in all views; None removes it."""
         for view in self._views:
             view.preview.set_preview(preview)
-
-    def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
-        self.navigation.forget_pointer()
-        self.navigation.point_at(pixel)
 
     def _follow_ranges(self) -> None:
         self._draw("levels")

@@ -173,7 +173,6 @@ class Navigation(QObject):
             for view in self._views:
                 view.set_frame_size(*size)
         self._drag = _Drag.NONE
-        self._pointer = None
         self.point_at(None)
 
     def set_handler(self, handler: PointerHandler | None) -> None:
@@ -197,7 +196,6 @@ class Navigation(QObject):
             case QKeyEvent():
                 return self._key(event)
         if event.type() == QEvent.Type.Leave:
-            self._pointer = None
             self.point_at(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False
@@ -209,7 +207,7 @@ class Navigation(QObject):
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
                 self.transform.pan(moved.x() / view.share, moved.y() / view.share)
             case QEvent.Type.MouseMove:
-                self.point_at(self._pixel_at(view.to_image(position)))
+                self._note_pixel(self._pixel_at(view.to_image(position)))
                 kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER
                 self._send(kind, view, position, event.modifiers())
             case QEvent.Type.MouseButtonRelease:
@@ -302,14 +300,14 @@ class Navigation(QObject):
         return (x, y) if 0 <= x < width and 0 <= y < height else None
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Set the pixel (x, y) under the pointer; None for none."""
+        """Put the crosshair on a pixel (x, y), wherever the mouse is until it moves; None hides it."""
+        self._pointer = None
+        self._note_pixel(pixel)
+
+    def _note_pixel(self, pixel: tuple[int, int] | None) -> None:
         if pixel != self.pixel:
             self.pixel = pixel
             self.cursorMoved.emit(pixel)
-
-    def forget_pointer(self) -> None:
-        """Take the mouse for elsewhere until it moves: the crosshair is put by others."""
-        self._pointer = None
 
     def show_place(self) -> None:
         """Pan and zoom all views, and update the pixel under the pointer."""
@@ -320,7 +318,7 @@ class Navigation(QObject):
         shown = (view for view in self._views if view.isVisible())
         places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in shown)
         there = ((view, place) for view, place in places if view.viewport().rect().contains(place.toPoint()))
-        self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
+        self._note_pixel(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 
     def set_space(self, held: bool) -> None:
         """Set whether the space key is held anywhere: the left button then pans."""

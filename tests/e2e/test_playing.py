@@ -116,7 +116,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
         assert not actions[name].isEnabled(), name
     assert why_not(actions["run"]) == "Pause playing first."
     marked = window.feature(FramesFeature).panel.model.present
-    window.views.point_at((40, 5))
+    window.views.navigation.point_at((40, 5))
     shown = feature.shown
     assert marked is workspace.entries[shown.row]
     assert status.bar.hint.text().startswith(f"{marked.name} ({shown.row + 1} of {COUNT}): ")
@@ -238,7 +238,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     low, high = cell.bar.levels
     assert -high == low
     assert high < 50
-    views.point_at((40, 5))
+    views.navigation.point_at((40, 5))
     window.refresh.now()
     assert "flicker out" in window.feature(StatusFeature).bar.readout.text()
     assert cell.bar.value == cell.view.value_at(40, 5)

@@ -143,10 +143,10 @@ def test_a_saved_picture_has_neither_crosshair_nor_focus(opened, qtbot, tmp_path
     activate(opened, qtbot)
     for number, pointed in enumerate((False, True)):
         view.clearFocus()
-        opened.views.point_at(None)
+        opened.views.navigation.point_at(None)
         if pointed:
             view.setFocus()
-            opened.views.point_at((20, 10))
+            opened.views.navigation.point_at((20, 10))
         assert opened.documents.save_picture(str(tmp_path / f"{number}.png"))
         pictures.append((tmp_path / f"{number}.png").read_bytes())
     assert pictures[0] == pictures[1]
