@@ -261,7 +261,7 @@ class CloudPanel(Panel):
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():
-            self.views.point_at(pixel)
+            self.views.navigation.point_at(pixel)
 
     def _pick(self, x: int, y: int, adds: bool) -> None:
         if not self._shows_present():

@@ -15,7 +15,6 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEv
 from PySide6.QtWidgets import QAbstractScrollArea
 
 from ilf.data.blocks import Box, bounds, union, whole
-from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
 
 from ..base import theme
@@ -245,7 +244,8 @@ class ImageView(QAbstractScrollArea):
         self.preview = PreviewDrawing(6)
         # two, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
-        self._cursor: tuple[int, int] | None = None
+        self.pointed: tuple[int, int] | None = None
+        """The pixel (x, y) of the crosshair; None if it is hidden."""
         below = self.image, self.fills, self.points, self.stripes, self.lines
         for drawing in (*below, self.names, self.preview, *self._cross):
             self.add(drawing)
@@ -339,7 +339,7 @@ class ImageView(QAbstractScrollArea):
         dy = round((size.height() / 2 - y * scale) * ratio) / ratio
         self.transform = QTransform(scale, 0, 0, scale, dx, dy)
         self.names.visible = self.share > _MIN_SHARE_FOR_NAMES
-        self.show_cursor(self._cursor)
+        self.show_cursor(self.pointed)
         self.viewport().update()
 
     @property
@@ -362,10 +362,6 @@ class ImageView(QAbstractScrollArea):
             self._stripes = sampling, stripes(self.striped, sampling)
         return self._stripes[1]
 
-    def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
-        """Write names by label at inner points of their blocks."""
-        self.names.set_names(names, points, self.frame)
-
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.
 
@@ -376,7 +372,7 @@ class ImageView(QAbstractScrollArea):
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
-        self._cursor = pixel
+        self.pointed = pixel
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5

@@ -100,7 +100,7 @@ def test_keys_of_a_command_that_cannot_be_used_say_why(opened, qtbot):
         QTest.keyClick(widget, code, modifiers)
         why = why_not(opened.actions_[command])
         assert why
-        assert [toast.message.partition(": ")[2] for toast in opened.notes.shown] == [why], command
+        assert opened.notes.message.partition(": ")[2] == why, command
 
 
 def test_a_panel_is_found_by_what_it_shows(opened):
@@ -146,10 +146,10 @@ def test_a_saved_picture_has_neither_crosshair_nor_focus(opened, qtbot, tmp_path
     activate(opened, qtbot)
     for number, pointed in enumerate((False, True)):
         view.clearFocus()
-        opened.views.point_at(None)
+        opened.views.navigation.point_at(None)
         if pointed:
             view.setFocus()
-            opened.views.point_at((20, 10))
+            opened.views.navigation.point_at((20, 10))
         assert opened.documents.save_picture(str(tmp_path / f"{number}.png"))
         pictures.append((tmp_path / f"{number}.png").read_bytes())
     assert pictures[0] == pictures[1]

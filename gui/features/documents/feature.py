@@ -215,7 +215,7 @@ class DocumentsFeature(Feature):
         """Save a picture of the views as PNG, without crosshair and focus; return False, with a message, if the file
         cannot be written."""
         focused = QApplication.focusWidget()
-        self.views.point_at(None)
+        self.views.navigation.point_at(None)
         if focused is not None:
             focused.clearFocus()
         self.context.feature(CloudPanel).view.canvas.drawing.finish()

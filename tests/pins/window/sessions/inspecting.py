@@ -110,7 +110,6 @@ def arrange_views(user: Hand) -> None:
     user.do("reset_layout")
     user.do("delete_layout")
     user.do("restore_layout")
-    user.do("show_before_edit")
     user.do("fit")
     user.do("one_to_one")
     user.choose("View", "Theme", "Dark")
