@@ -134,7 +134,7 @@ class MainWindow(Themed, QMainWindow):
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
         fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.panels.persistent)
-        self.feature(ViewsFeature).bar.add_entry(self.actions_["fit_range"])
+        self.feature(ViewsFeature).bar.shown.menu().addAction(self.actions_["fit_range"])
         draw_extensions(self)
 
     # events

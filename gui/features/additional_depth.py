@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings, Qt, QTimer
 from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted, grouped, millimetres
@@ -73,10 +73,11 @@ def _comparison(without: Run, used: Run, depth: Depth | None) -> Generator[float
     hidden = compared_steps([hold_out_steps(run, threads=spare_cores()) for run in (without, used)])
     results = yield from mapped_steps(hidden, lambda step: 0.5 + 0.5 * step.share)
     alone, together = (result.whole for result in results)
+    guide = f"It is {guide_text(used.frame)}. " if without.frame.guide is not used.frame.guide else ""
     was, now = (f"{millimetres(one.mae)} mm (RMSE {millimetres(one.rmse)})" for one in (alone, together))
     return (
-        f"{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without it, "
-        f"{now} with it."
+        f"{guide}{_difference(bare, depth)} Mean error of hidden depth, at {together.pixels:,} pixels: {was} without "
+        f"it, {now} with it."
     )
 
 
@@ -141,9 +142,9 @@ class AdditionalDepthPanel(Panel):
         column.addWidget(self._section(NEIGHBOURS, "from_neighbours", ("use_neighbours", "remove_neighbours"), numbers))
         column.addWidget(self._section(BY_HAND, "result", ("tool_depth_by_hand", "remove_by_hand")))
         column.addStretch(1)
-        below = scrolled(inner), self.work  # in sight wherever the panel is scrolled to
-        widget = QWidget()
-        lay_out(QVBoxLayout(widget), *below, margins=(0, 0, 4, 4), stretched=below[0])
+        self._area = scrolled(inner)
+        widget = QWidget()  # the progress is in sight wherever the panel is scrolled to
+        lay_out(QVBoxLayout(widget), self._area, self.work, margins=(0, 0, 4, 4), stretched=self._area)
         return widget
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
@@ -228,7 +229,7 @@ class AdditionalDepthPanel(Panel):
             return "The camera's intrinsics of this frame are not known: open it with intrinsics."
         return ""
 
-    @command("use_neighbours", "Use &neighbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
+    @command("use_neighbours", "Use neig&hbours", icon="ph.stack", needs=Need.FRAME, why_off=_why_no_neighbours)
     def use_neighbours(self) -> None:
         """Use depth that the frames before and after have measured where this one has none."""
         self.reveal()
@@ -266,6 +267,7 @@ class AdditionalDepthPanel(Panel):
         def take(text: str) -> None:
             if self._is_shown(document):
                 effect.show_message(text, "text")
+                QTimer.singleShot(0, lambda: self._area.ensureWidgetVisible(effect))  # once it has its height
 
         def fail(error: Exception) -> None:
             effect.show_message(error_text(error), "error")
@@ -276,13 +278,11 @@ class AdditionalDepthPanel(Panel):
     def remove_guide(self) -> None:
         """Complete the frame without a guide."""
         self.workspace.current.set_guide(None, "Remove guide")
-        self.notes.show_message("Guide removed.")
 
     @command("remove_neighbours", "Remove depth of neighbours", icon="ph.x-circle", needs=Need.NEIGHBOURS)
     def remove_neighbours(self) -> None:
         """Complete the frame with its own depth alone."""
         self.workspace.current.set_neighbours(None, "Remove depth of neighbours")
-        self.notes.show_message("Depth of neighbours removed.")
 
     # what a worker does
 

@@ -178,7 +178,7 @@ class CloudPanel(Panel):
         if document.compared:
             lacking[ColourBy.DIFFERENCE] = f"not in {document.compared[0].name}"
         note = ""
-        if not layer.parts:
+        if not layer.arrays:
             notes = {ColourBy.COLOUR: "", ColourBy.FILLED: "image colours where measured"}
             note, rgb = notes.get(by, "image colours until it is computed"), document.frame.rgb
             layer = Layer((rgb,), picture=lambda: rgb)
@@ -251,7 +251,7 @@ class CloudPanel(Panel):
     def _show_value(self, pixel: tuple[int, int] | None) -> None:
         """Mark the value of a pixel on the colour bar."""
         layer = self._made.layer if self._made is not None and self._shows_present() else Layer()
-        value = layer.value_at(*pixel, layer.parts) if pixel is not None and layer.has_values else None
+        value = layer.value_at(*pixel, layer.arrays) if pixel is not None and layer.has_values else None
         self.view.bar.set_value(value)
 
     def _shows_present(self) -> bool:
@@ -261,7 +261,7 @@ class CloudPanel(Panel):
 
     def _hover(self, pixel: tuple[int, int] | None) -> None:
         if self._shows_present():
-            self.views.point_at(pixel)
+            self.views.navigation.point_at(pixel)
 
     def _pick(self, x: int, y: int, adds: bool) -> None:
         if not self._shows_present():

@@ -263,7 +263,7 @@ class ColourRange(Panel):
             self.notes.show_message(f"{cell.strip.title} has no different values in the view.")
             return
         self.views.ranges.set(kind, FIXED, levels, locked=False)
-        self.notes.show_briefly(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
+        self.notes.show_message(f"Colour range of {where}: {levels[0]:.4g} to {levels[1]:.4g} {KINDS[kind]}.")
 
     def _set_mode(self) -> None:
         cell, mode = self.views.ranged, self.mode.currentData()

@@ -154,7 +154,7 @@ class Feature(QObject):
     Its commands are there from the start. It is made when one of them is first used, its panel is shown, or another
     feature asks for it. Then it makes its widgets, registers their updates with the context's refresh, and passes its
     messages to the context's notes. What takes time it asks for by `requests.ask`: the answer is found in a worker
-    thread.
+    thread, from a copy of what changes in place, as the label map does.
 
     Attributes
     ----------

@@ -148,7 +148,6 @@ class EditSummaryFeature(Feature):
         self.workspace.on(Part.GROUND_TRUTH, self._ask_again)
         self.workspace.on(Part.PARAMETERS | Part.RESULTS, self._go_on)
         context.runs.state_changed.connect(self._go_on)
-        context.runs.resolved.connect(self._tell_resolved)
         edits = Part.STROKE | Part.LABELS | Part.INVALID_MASK | Part.BY_HAND | Part.NEIGHBOURS
         # an edit shows the current state again
         before = context.actions["show_before_edit"]
@@ -235,10 +234,6 @@ class EditSummaryFeature(Feature):
         if self.context.actions.is_on("show_before_edit"):
             return _in_tone(colours.accent, f"<b>Before the edit: {html.escape(title)}</b>")
         return summary_html(title, self._effect, self._note, colours)
-
-    def _tell_resolved(self, text: str) -> None:
-        if not self.busy:  # after an edit, its summary is shown instead
-            self.notes.show_briefly(text)
 
 
 def _summary(edit: Edit, run: Run, before_edit: Completion | None, after: Completion | None) -> EditSummary:

@@ -102,7 +102,6 @@ class ExtractionPanel(Panel):
         self._summary.linkActivated.connect(self.show_view)
         self._summary.hide()
         self.form = ParameterForm(BlockParameters)
-        self.form.set_base(BlockParameters())
         self.form.changed.connect(self.workspace.parameters.set_extraction)
         row = lay_out(QHBoxLayout(), button, preview, None, spacing=10)
         widget = QWidget()

@@ -138,12 +138,12 @@ class FilterPanel(Panel):
         self._bases[scope] = self.presets.show_parameters(parameters, self._bases[scope])
         shared = self.workspace.parameters.shared
         if scope:
-            self.form.set_base(self.workspace.parameters.current, "all blocks")
+            base, source = self.workspace.parameters.current, "all blocks"
         elif shared.on and self.workspace.shown is not None and self.workspace.shown.state.own_parameters:
-            self.form.set_base(shared.values, "all frames")
+            base, source = shared.values, "all frames"
         else:
-            self.form.set_base(self.presets.parameters(self._bases[scope]))
-        self.form.set_parameters(parameters)
+            base, source = self.presets.parameters(self._bases[scope]), "the preset"
+        self.form.set_parameters(parameters, base, source)
 
     # changes
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import zlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -43,6 +43,8 @@ class Arrangement:
         Whether the cloud is shown beside the images.
     contours : bool
         Whether blocks are drawn as outlines, without fill.
+    text : str
+        Displayed name of a layout.
     """
 
     views: str
@@ -52,31 +54,16 @@ class Arrangement:
     sides: tuple[str, str] = ("", "")
     cloud_beside: bool = False
     contours: bool = False
-
-
-@dataclass(frozen=True)
-class NamedArrangement:
-    """Named arrangement; changes to it are kept until it is reset.
-
-    Attributes
-    ----------
-    text : str
-        Displayed name.
-    arrangement : Arrangement
-        State after a reset.
-    """
-
-    text: str
-    arrangement: Arrangement
+    text: str = ""
 
 
 STANDARD, INSPECT, CORRECT, TUNE = "standard", "inspect", "correct", "tune"
 
 BUILT_IN = {
-    STANDARD: NamedArrangement("Standard", Arrangement("grid", panels=None)),
-    INSPECT: NamedArrangement("Inspect", Arrangement("grid-difference", panels=("Inspect", "Range"))),
-    CORRECT: NamedArrangement("Correct", Arrangement(CORRECT_VIEWS, contours=True)),
-    TUNE: NamedArrangement("Tune", Arrangement("grid", panels=("Parameters", "Runs", "Convergence"))),
+    STANDARD: Arrangement("grid", panels=None, text="Standard"),
+    INSPECT: Arrangement("grid-difference", panels=("Inspect", "Range"), text="Inspect"),
+    CORRECT: Arrangement(CORRECT_VIEWS, contours=True, text="Correct"),
+    TUNE: Arrangement("grid", panels=("Parameters", "Runs", "Convergence"), text="Tune"),
 }
 """The built-in layouts by name."""
 
@@ -115,7 +102,7 @@ _KEY = "layouts"
 
 
 class LayoutStore:
-    """Layouts by name, with the current one and the last state of each.
+    """Layouts by name, each in its state after a reset, with the current one and the last state of each.
 
     Parameters
     ----------
@@ -133,7 +120,7 @@ class LayoutStore:
             self._read()
 
     @property
-    def own(self) -> dict[str, NamedArrangement]:
+    def own(self) -> dict[str, Arrangement]:
         """The user's own layouts, in order."""
         return {name: self.layouts[name] for name in OWN if name in self.layouts}
 
@@ -145,7 +132,7 @@ class LayoutStore:
         """Return the first free name of an own layout; None if there is none."""
         return next((name for name in OWN if name not in self.layouts), None)
 
-    def put(self, name: str, layout: NamedArrangement | None) -> None:
+    def put(self, name: str, layout: Arrangement | None) -> None:
         """Store an own layout; None deletes it."""
         self.changed.pop(name, None)
         if layout is None:
@@ -156,7 +143,7 @@ class LayoutStore:
 
     def left(self, name: str) -> Arrangement:
         """Return the last state of a layout, or its default."""
-        return self.changed.get(name, self.layouts[name].arrangement)
+        return self.changed.get(name, self.layouts[name])
 
     def write(self) -> None:
         """Store all layouts."""
@@ -166,7 +153,7 @@ class LayoutStore:
             QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
 
     def _read(self) -> None:
-        kind = tuple[str, dict[str, NamedArrangement], dict[str, Arrangement]]
+        kind = tuple[str, dict[str, Arrangement], dict[str, Arrangement]]
         try:
             stored = zlib.decompress(QSettings().value(_KEY))
             present, own, changed = msgspec.json.decode(stored, type=kind)
@@ -222,7 +209,7 @@ class LayoutsFeature(Feature):
         super().__init__(context)
         self.store = LayoutStore(context.panels.persistent)
         self._last = STANDARD
-        self._deleted: tuple[str, NamedArrangement] | None = None
+        self._deleted: tuple[str, Arrangement] | None = None
         self._actions: dict[str, QAction] = {}
         for name, (text, hint, icon, keys) in _SWITCHES.items():
             hint, choose = f"{hint}; again to go back", partial(self._choose, name)
@@ -289,7 +276,7 @@ class LayoutsFeature(Feature):
     def reset(self) -> None:
         """Reset the current layout to its default or saved state."""
         self.store.changed.pop(self.present, None)
-        self._apply(self.store.layouts[self.present].arrangement)
+        self._apply(self.store.layouts[self.present])
         self.views.active.view.setFocus()
 
     def save(self, text: str) -> bool:
@@ -307,7 +294,7 @@ class LayoutsFeature(Feature):
             now = self._arrangement()
             if name != self.present:
                 self._leave(name)
-            self.store.put(name, NamedArrangement(text, now))
+            self.store.put(name, replace(now, text=text))
             self._show()
         return name in OWN
 
@@ -318,7 +305,7 @@ class LayoutsFeature(Feature):
         if not is_free:
             self.notes.show_message(f"A layout {text} exists already: choose another name.")
         elif text:
-            self.store.put(self.present, NamedArrangement(text, self.store.layouts[self.present].arrangement))
+            self.store.put(self.present, replace(self.store.layouts[self.present], text=text))
             self._show()
         return bool(text) and is_free
 
@@ -403,7 +390,7 @@ class LayoutsFeature(Feature):
     def _apply(self, arrangement: Arrangement) -> None:
         """Apply an arrangement to the window."""
         if arrangement.views in LAYOUTS:
-            self.views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].arrangement.views)
+            self.views.sheet.set_layout(arrangement.views, self.store.layouts[self.present].views)
         self.views.reset_contents()
         restore_views(self.views, {"contents": arrangement.contents, "sides": [*arrangement.sides]})
         self.context.actions["cloud_beside"].setChecked(arrangement.cloud_beside)

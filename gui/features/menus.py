@@ -158,7 +158,7 @@ def fill_menu_bar(
         "panels": panels,
         "compare": compare,
         "view_set": _layout_menu(views, bar),
-        "play_live": actions.menu("Play &live", bar, "play_recording play_folder play_camera"),
+        "play_live": actions.menu("Play li&ve", bar, "play_recording play_folder play_camera"),
         "play": actions.menu("&Play the frames", bar, PLAY_MENU),
         "propagation": actions.menu("Pr&opagation method", bar, "propagate_auto propagate_copied propagate_flow"),
         "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),

@@ -38,7 +38,7 @@ class OnUseFeature(Feature):
         """Complete many frames of the list from their files, in the background, each into its own folder."""
         self._export().ask(of_all=True, from_files=True)
 
-    @command("export_all", "Export a&ll…", icon="ph.export", keys="Ctrl+Alt+E", needs=Need.FRAME)
+    @command("export_all", "E&xport all…", icon="ph.export", keys="Ctrl+Alt+E", needs=Need.FRAME)
     def _ask_export_all(self) -> None:
         """Write the results of all frames of the list, or choose those worked on or marked as done."""
         self._export().ask(of_all=True)

@@ -330,7 +330,7 @@ class QualityPanel(Panel):
             document = self.workspace.current
             there = [label for label in place.labels if label in document.counts()]
             self.workspace.select(there[:1])
-            self.views.zoom_to(*_region_around(place, document.frame.shape))
+            self.views.transform.show(*_region_around(place, document.frame.shape))
         self._say(False)
         self.context.centre.show_images()
 
@@ -431,7 +431,7 @@ class QualityPanel(Panel):
         if not found.any():
             self._show_no_place("No invalid depth found: no flying pixels, speckles or glass.")
             return
-        self.views.fit()
+        self.views.transform.fit()
         what = counted(int(np.count_nonzero(found)), "pixel")
         self._show_no_place(f"{what} of known depth may be invalid: flying pixels, speckles or glass.")
         self._suggests = True

@@ -100,9 +100,7 @@ class StatusFeature(Feature):
         self._playing, self._exporting = "", ""
         self.bar = StatusBar()
         context.window.setStatusBar(self.bar)
-        self._pixel: tuple[int, int] | None = None
-        """The pixel (x, y) under the cursor; None if it is off the frame."""
-        context.views.cursorMoved.connect(self.point_at)
+        context.views.cursorMoved.connect(lambda _: self.show_readout())
         self._error = context.feature(ErrorFeature)
         add = context.refresh.add
         hinted = editor.tool_changed, editor.hint_changed, context.centre.turned
@@ -167,13 +165,10 @@ class StatusFeature(Feature):
 
     # readout under the cursor: position, block, depth in and out, expected error, compared runs, ground truth and error
 
-    def point_at(self, pixel: tuple[int, int] | None) -> None:
-        self._pixel = pixel
-        self.show_readout()
-
     def show_readout(self) -> None:
         """Show the values of the pixel under the cursor."""
-        self.bar.readout.setText("" if self._pixel is None else "  |  ".join(self._parts(*self._pixel)))
+        pixel = self.views.navigation.pixel
+        self.bar.readout.setText("" if pixel is None else "  |  ".join(self._parts(*pixel)))
 
     def _parts(self, x: int, y: int) -> list[str]:
         """Return the values of a pixel in what the views show; none if it is outside of it."""

@@ -80,13 +80,13 @@ class ToolsFeature(Feature):
     def _grow_brush(self) -> None:
         self._step_size(1)
 
-    @command("cancel_stroke", "Ca&ncel stroke", keys="Esc")
+    @command("cancel_stroke", "Cancel s&troke", keys="Esc")
     def _cancel_stroke(self) -> None:
         """Cancel the stroke or line in progress, or clear the selection."""
         self._editor.escape()
 
     @command(
-        "similar_only", "&Similar only", icon="ph.eyedropper", keys="Ctrl+Shift+K", checkable=True, needs=Need.FRAME
+        "similar_only", "Similar onl&y", icon="ph.eyedropper", keys="Ctrl+Shift+K", checkable=True, needs=Need.FRAME
     )
     def _keep_to_similar(self, on: bool) -> None:
         """Limit strokes to pixels of similar colour and depth, up to strong edges."""
@@ -145,7 +145,7 @@ class ToolsFeature(Feature):
         """Continue the plane of the known depth in the rectangle, or in the selected blocks, into their holes."""
         self._by_hand(DepthByHandTool.propose_plane)
 
-    @command("nearer_surface", "&Nearer surface", icon="ph.arrow-line-down", needs=Need.SELECTION)
+    @command("nearer_surface", "Nearer s&urface", icon="ph.arrow-line-down", needs=Need.SELECTION)
     def continue_nearer(self) -> None:
         """Continue the nearer of the two surfaces around a hole of the selected blocks into it."""
         self._by_hand(partial(DepthByHandTool.propose_surface, nearer=True))

@@ -76,24 +76,25 @@ class ViewsFeature(Feature):
 
     def _remember_zoom(self) -> None:
         if self._shown is not None:
-            self._zooms[self._shown.key] = self.views.place
+            self._zooms[self._shown.key] = self.views.transform.place
 
     def _restore_zoom(self) -> None:
         document = self.workspace.shown
         if document is not self._shown:
             self._shown = document
             if document is not None and (place := self._zooms.get(document.key)) is not None:
-                self.views.set_place(*place)
+                self.views.transform.look_at(*place)
 
     @command("fit", "&Fit frame", icon="ph.arrows-out", keys="Ctrl+0", needs=Need.FRAME)
     def _fit(self) -> None:
         """Show the whole frame."""
-        self.views.fit()
+        self.views.transform.fit()
 
     @command("one_to_one", "&One to one", icon="ph.frame-corners", keys="Ctrl+9", needs=Need.FRAME)
     def _show_one_to_one(self) -> None:
         """Show one image pixel per screen pixel."""
-        self.views.one_to_one()
+        transform = self.views.transform
+        transform.look_at(transform.x, transform.y, 1 / self.views.devicePixelRatioF())
 
     @command("contours_only", "&Contours only", icon="ph.polygon", keys="Ctrl+Shift+C", checkable=True)
     def _show_contours(self, on: bool) -> None:
@@ -122,7 +123,7 @@ class ViewsFeature(Feature):
     )
     def _show_missing(self, on: bool) -> None:
         """Stripe the colour image where depth is missing."""
-        self.views.set_missing_shown(on)
+        self.views.show_found(shows_missing=on)
 
     @command("zoom_block", "&Zoom to block", icon="ph.magnifying-glass-plus", keys="Ctrl+J", needs=Need.SELECTION)
     def zoom_to_blocks(self) -> None:
@@ -130,7 +131,7 @@ class ViewsFeature(Feature):
         document = self.workspace.current
         box = bounds(np.isin(document.labels, document.selected))
         if box is not None:
-            self.views.zoom_to(*box)
+            self.views.transform.show(*box)
 
     @command("view_content", "&View content…", icon="ph.list", keys="Ctrl+Shift+V", needs=Need.FRAME)
     def _choose_content(self) -> None:

@@ -94,9 +94,9 @@ class Crosshair:
         x, y = min(max(x, 0), width - 1), min(max(y, 0), height - 1)
         rows, columns = self._views.active.view.visible_box()
         if not (rows.start <= y < rows.stop and columns.start <= x < columns.stop):
-            self._views.set_place(x + 0.5, y + 0.5, 1 / self._views.pixel_size)
+            self._views.transform.look_at(x + 0.5, y + 0.5, self._views.transform.scale)
         self._at, self.active = (x, y), True
-        self._views.point_at(self._at)
+        self._views.navigation.point_at(self._at)
         self._editor.pointer(self._event(PointerKind.HOVER if self._press is None else PointerKind.MOVE))
 
     def _event(self, kind: PointerKind) -> PointerEvent:
@@ -104,7 +104,7 @@ class Crosshair:
         x, y = self._at[0] + 0.5, self._at[1] + 0.5
         if self._press is not None:
             return replace(self._press, kind=kind, x=x, y=y)
-        return PointerEvent(kind, x, y, pixel=self._views.pixel_size)
+        return PointerEvent(kind, x, y, pixel=1 / self._views.transform.scale)
 
     def _to_border(self, along: int, down: int) -> int:
         """Return the number of pixels to the next block in a direction, or to the end of the frame."""

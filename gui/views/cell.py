@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from PySide6.QtCore import QEvent, QPoint, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QBrush, QColor, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
@@ -37,13 +37,9 @@ class Cell(QWidget):
         self.view = ImageView(on_event)
         self.bar = self.strip.bar
         lay_out(QVBoxLayout(self), self.strip, self.view, spacing=0, stretched=self.view)
-        self._legend: Legend = []
-        self._stripe_legend: Legend = []
         self._data = data
         self._needs_draw = False
-        self._pixel: tuple[int, int] | None = None
-        self._menu = ContentMenu(self)
-        self._menu.chosen.connect(self.chosen)
+        self._menu = QMenu("Content of the view", self, toolTipsVisible=True)
         self.strip.menuRequested.connect(self.open_menu)
         self.strip.doubleClicked.connect(self._menu.close)
         self.follow()
@@ -80,40 +76,21 @@ class Cell(QWidget):
         self.view.is_of_frame = concrete != "spectrum"
         self.view.has_lines = concrete != "extraction"  # its blocks differ from those of the frame
         self.view.fills.set_visible(concrete == "colour")
-        self.show_stripes()
         self.draw_again()
-
-    def set_legend(self, legend: Legend) -> None:
-        """Set the meaning of the picture's own colours."""
-        self._legend = legend
-        self.strip.set_legend([*self._stripe_legend, *legend])
-
-    def show_stripes(self) -> None:
-        """Set what is striped over the picture, drawn with the lines of all views, and its legend, at once or when the
-        cell becomes visible."""
-        self._needs_draw |= not self.isVisible()
-        if self._needs_draw:
-            return
-        self.view.stripe(striped(self._data, self.concrete))
-        styles = [(name, STYLES[name]) for name in self.view.striped]
-        patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
-        self._stripe_legend = [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
-        self.set_legend(self._legend)
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on a pixel (x, y) and mark its value on the colour bar; None hides both."""
-        self._pixel = pixel
         self.view.show_cursor(pixel)
         self._show_value()
 
     def _show_value(self) -> None:
-        pixel = None if self._needs_draw or self.bar.isHidden() else self._pixel
+        pixel = None if self._needs_draw or self.bar.isHidden() else self.view.pointed
         self.bar.set_value(None if pixel is None else self.view.value_at(*pixel))
 
-    def open_menu(self, place: QPoint | None = None) -> None:
-        """Open the content menu."""
-        self._menu.offer(self._data, self.content)
-        self._menu.popup(self.strip.menu_position() if place is None else place)
+    def open_menu(self) -> None:
+        """Open the content menu, filled anew, since runs change."""
+        _fill(self._menu, self._data, self.content, self.chosen.emit)
+        self._menu.popup(self.strip.menu_position())
 
     def draw_again(self) -> None:
         """Draw what has changed, at once or when the cell becomes visible."""
@@ -121,12 +98,13 @@ class Cell(QWidget):
         if not self._needs_draw:
             data, run = self._data, self._data.run(self.concrete)
             self.strip.set_title(title_of(self.concrete, data), None if run is None else run.colour)
+            self.view.stripe(striped(data, self.concrete))
             self._show(content_of(self.concrete).find(data, self.concrete))
             self._show_value()
 
     def _show(self, layer: Layer) -> None:
         self.strip.set_text(layer.text)
-        self.set_legend(layer.legend)
+        self.strip.set_legend([*_stripe_legend(self.view.striped), *layer.legend])
         self.bar.show_layer(layer, content_of(self.concrete).unit)
         self.view.setAccessibleName(self.strip.title)
         self.view.draw(layer)
@@ -135,7 +113,6 @@ class Cell(QWidget):
         super().showEvent(event)
         if self._needs_draw:
             self.draw_again()
-            self.show_stripes()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -143,6 +120,13 @@ class Cell(QWidget):
         strip = self.strip.height()
         self.strip.setGeometry(0, 0, self.width(), strip)
         self.view.setGeometry(0, strip, self.width(), max(self.height() - strip, 0))
+
+
+def _stripe_legend(names: Iterable[str]) -> Legend:
+    """Return what stripes over the picture mean."""
+    patterns = {1: Qt.BrushStyle.FDiagPattern, -1: Qt.BrushStyle.BDiagPattern}
+    styles = [(name, STYLES[name]) for name in names]
+    return [(QBrush(QColor(style.legend), patterns[style.lean]), name) for name, style in styles]
 
 
 _GROUPS = (
@@ -153,56 +137,41 @@ _GROUPS = (
 _SIDE_TEXTS = {"a": "Side A", "b": "Side B"}
 
 
-class ContentMenu(QMenu):
-    """Menu of contents, refilled each time it opens, since runs change.
+def _fill(menu: QMenu, data: ViewData, chosen: str, choose: Callable[[str], object]) -> None:
+    """Fill a menu with the available contents, with one of them checked; `choose` is given the one that is taken."""
+    menu.clear()
+    for below in menu.findChildren(QMenu, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        below.deleteLater()
 
-    Signals
-    -------
-    chosen(str)
-        The user selected a content.
-    """
-
-    chosen = Signal(str)
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__("Content of the view", parent, toolTipsVisible=True)
-
-    def offer(self, data: ViewData, content: str) -> None:
-        """Fill the menu with the available contents; check `content`."""
-        self.clear()
-        for menu in self.findChildren(QMenu, options=Qt.FindChildOption.FindDirectChildrenOnly):
-            menu.deleteLater()
-        self._content, self._data = content, data
-        others = [name for name, one in CONTENTS.items() if one.title and not any(name in group for group in _GROUPS)]
-        for group in (*_GROUPS, others):
-            for name in group:
-                if name not in RUNS or name in data.names:
-                    shown = data.concrete(name) if name == DIFFERENCE else name
-                    self._add(self, name, content_of(shown).title or title_of(shown, data))
-                if name == DIFFERENCE:
-                    self._add_differences(data)
-            self.addSeparator()
-        if content == "extraction":
-            stages = self.addMenu("Stage of the extraction")
-            stages.setToolTipsVisible(True)
-            stages.addActions(data.stage_actions)
-        for side, depth in zip(SIDES, data.sides, strict=True):
-            self._add(self, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")
-
-    def _add_differences(self, data: ViewData) -> None:
-        depths = data.comparable()
-        menu = self.addMenu("Difference of")
-        for first in depths:
-            others = menu.addMenu(capital(short_title(first, data.names)).replace("&", "&&"))
-            for second in depths:
-                if second != first:
-                    self._add(others, difference_of(first, second), f"less {short_title(second, data.names)}")
-
-    def _add(self, menu: QMenu, content: str, text: str) -> None:
+    def add(menu: QMenu, content: str, text: str) -> None:
         action = menu.addAction(text.replace("&", "&&"))
         action.setCheckable(True)
-        action.setChecked(content == self._content)
-        why_off = lacking(content, self._data)
+        action.setChecked(content == chosen)
+        why_off = lacking(content, data)
         action.setEnabled(not why_off)
-        action.triggered.connect(lambda: self.chosen.emit(content))
+        action.triggered.connect(lambda: choose(content))
         action.setToolTip(why_off)
+
+    def add_differences() -> None:
+        depths, differences = data.comparable(), menu.addMenu("Difference of")
+        for first in depths:
+            others = differences.addMenu(capital(short_title(first, data.names)).replace("&", "&&"))
+            for second in depths:
+                if second != first:
+                    add(others, difference_of(first, second), f"less {short_title(second, data.names)}")
+
+    others = [name for name, one in CONTENTS.items() if one.title and not any(name in group for group in _GROUPS)]
+    for group in (*_GROUPS, others):
+        for name in group:
+            if name not in RUNS or name in data.names:
+                shown = data.concrete(name) if name == DIFFERENCE else name
+                add(menu, name, content_of(shown).title or title_of(shown, data))
+            if name == DIFFERENCE:
+                add_differences()
+        menu.addSeparator()
+    if chosen == "extraction":
+        stages = menu.addMenu("Stage of the extraction")
+        stages.setToolTipsVisible(True)
+        stages.addActions(data.stage_actions)
+    for side, depth in zip(SIDES, data.sides, strict=True):
+        add(menu, side, f"{_SIDE_TEXTS[side]} of the comparison ({short_title(depth, data.names)})")

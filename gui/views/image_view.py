@@ -15,7 +15,6 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QResizeEv
 from PySide6.QtWidgets import QAbstractScrollArea
 
 from ilf.data.blocks import Box, bounds, union, whole
-from ilf.drawing.blocks import InnerPoint
 from ilf.drawing.colours import sample
 
 from ..base import theme
@@ -192,7 +191,7 @@ class ImageView(QAbstractScrollArea):
     layer : Layer
         What is shown.
     drawn : list of ndarray
-        Copies of the drawn arrays, the layer's parts first, since the originals may be changed in place.
+        Copies of the drawn arrays, those of the layer first, since the originals may be changed in place.
     shown : ndarray of uint8, or None
         Colour (H, W, 3), or indices into the layer's table (H, W); None for no picture.
     """
@@ -245,7 +244,8 @@ class ImageView(QAbstractScrollArea):
         self.preview = PreviewDrawing(6)
         # two, so that a moving cursor repaints two thin strips instead of the view
         self._cross = tuple(HaloPath(1, QColor(255, 255, 255, 190), 70, 7) for _ in range(2))
-        self._cursor: tuple[int, int] | None = None
+        self.pointed: tuple[int, int] | None = None
+        """The pixel (x, y) of the crosshair; None if it is hidden."""
         below = self.image, self.fills, self.points, self.stripes, self.lines
         for drawing in (*below, self.names, self.preview, *self._cross):
             self.add(drawing)
@@ -270,16 +270,16 @@ class ImageView(QAbstractScrollArea):
     def draw(self, layer: Layer) -> None:
         """Draw a layer, as far as it is not drawn already; its message if there is no picture."""
         former, self.layer = self.layer, layer
-        if layer.message or not layer.parts:
+        if layer.message or not layer.arrays:
             self._set_colour(None)
         elif layer.picture is not None:
-            if former.picture is None or [*map(id, former.parts)] != [*map(id, layer.parts)]:
+            if former.picture is None or [*map(id, former.arrays)] != [*map(id, layer.arrays)]:
                 self._set_colour(layer.picture())
         elif self.drawn and _look(former) == _look(layer):
             self._draw_changes(layer)
         else:
             self.drawn = [array.copy() for array in _arrays(layer)]
-            self.shown, pixels = _coloured(layer, whole(layer.parts[0].shape))
+            self.shown, pixels = _coloured(layer, whole(layer.arrays[0].shape))
             self._set_pixels(pixels)
 
     def _set_colour(self, rgb: NDArray[np.uint8] | None) -> None:
@@ -311,19 +311,19 @@ class ImageView(QAbstractScrollArea):
         self._set_dots()
 
     @property
-    def _parts(self) -> list[NDArray[Any]]:
-        return self.drawn[: len(self.layer.parts)]
+    def _arrays(self) -> list[NDArray[Any]]:
+        return self.drawn[: len(self.layer.arrays)]
 
     def value_at(self, x: int, y: int) -> float | None:
         """Value at a pixel, in the unit of the colour bar; None if there is none."""
-        return self.layer.value_at(x, y, self._parts)
+        return self.layer.value_at(x, y, self._arrays)
 
     def values(self, where: Box | NDArray[np.bool_] = EVERYWHERE) -> NDArray[np.floating] | None:
         """Values shown in a box or a mask (H, W), or a sample of them, in the unit of the colour bar, NaN = missing.
 
         None if there are none.
         """
-        return self.layer.measure(*(sample(part[where]) for part in self._parts)) if self.drawn else None
+        return self.layer.measure(*(sample(array[where]) for array in self._arrays)) if self.drawn else None
 
     def visible_box(self) -> Box:
         """Return the box (rows, columns) of the image that is visible."""
@@ -339,7 +339,7 @@ class ImageView(QAbstractScrollArea):
         dy = round((size.height() / 2 - y * scale) * ratio) / ratio
         self.transform = QTransform(scale, 0, 0, scale, dx, dy)
         self.names.visible = self.share > _MIN_SHARE_FOR_NAMES
-        self.show_cursor(self._cursor)
+        self.show_cursor(self.pointed)
         self.viewport().update()
 
     @property
@@ -362,10 +362,6 @@ class ImageView(QAbstractScrollArea):
             self._stripes = sampling, stripes(self.striped, sampling)
         return self._stripes[1]
 
-    def write_names(self, names: Mapping[int, str], points: Mapping[int, InnerPoint]) -> None:
-        """Write names by label at inner points of their blocks."""
-        self.names.set_names(names, points, self.frame)
-
     def to_image(self, position: QPointF) -> QPointF:
         """Image coordinates of the middle of the screen pixel at a position in the viewport.
 
@@ -376,7 +372,7 @@ class ImageView(QAbstractScrollArea):
 
     def show_cursor(self, pixel: tuple[int, int] | None) -> None:
         """Put the crosshair on the centre of a pixel (x, y); None hides it."""
-        self._cursor = pixel
+        self.pointed = pixel
         paths = (QPainterPath(), QPainterPath())
         if pixel is not None:
             x, y = pixel[0] + 0.5, pixel[1] + 0.5
@@ -456,25 +452,25 @@ class ImageView(QAbstractScrollArea):
 
 def _coloured(layer: Layer, box: Box) -> tuple[NDArray[np.uint8], Pixels]:
     """Indices and colours of a layer in a box: stale values in grey, and marks where there are none."""
-    parts = [part[box] for part in layer.parts]
-    indices, table = layer.indices(*parts), packed(layer.table)
+    arrays = [array[box] for array in layer.arrays]
+    indices, table = layer.indices(*arrays), packed(layer.table)
     colours = table[indices]
     stale = None if layer.stale is None else layer.stale[box]
     if stale is not None and stale.any():
         colours[stale] = greyed(table)[indices[stale]]
     if layer.marks is not None and layer.mark_table is not None:
         missing = indices == 0
-        colours[missing] = packed(layer.mark_table)[layer.marks(*parts)[missing]]
+        colours[missing] = packed(layer.mark_table)[layer.marks(*arrays)[missing]]
     return indices, colours
 
 
 def _arrays(layer: Layer) -> list[NDArray[Any]]:
-    return [*layer.parts, *([] if layer.stale is None else [layer.stale])]
+    return [*layer.arrays, *([] if layer.stale is None else [layer.stale])]
 
 
 def _look(layer: Layer) -> list[Any]:
     """All but the pixels: which arrays are there, their size, and their colours."""
-    return [*layer.look, layer.stale is None, [part.shape for part in layer.parts]]
+    return [*layer.look, layer.stale is None, [array.shape for array in layer.arrays]]
 
 
 def changed_box(before: NDArray[Any], after: NDArray[Any]) -> Box | None:

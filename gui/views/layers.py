@@ -1,4 +1,4 @@
-"""Layers: what each content of a view shows, as a function of the data. A new content is one function and one line."""
+"""Layers: what each content of a view shows, a function of `ViewData`. A new content is one function and one line."""
 
 from __future__ import annotations
 
@@ -47,10 +47,11 @@ class Layer:
 
     Attributes
     ----------
-    parts : tuple of ndarray, shape (H, W)
-        What is shown; it may be changed in place later. Empty if there is only `message`.
+    arrays : tuple of ndarray, shape (H, W)
+        What is shown; they may be changed in place later. Empty if there is only `message`.
     measure : callable
-        From the parts, or the same piece of each, to values in the unit of the colour bar, NaN = missing.
+        From the arrays to values in the unit of the colour bar, NaN = missing; also from the same piece of each, even a
+        single pixel, so that a value depends on its own pixel alone.
     levels : (float, float)
         Values at the ends of the colours.
     logarithmic : bool
@@ -60,17 +61,17 @@ class Layer:
     stale : ndarray of bool, shape (H, W), or None
         Pixels that are shown in grey.
     marks : callable or None
-        From the parts to indices into `mark_table`, drawn where values are missing.
+        From the arrays to indices into `mark_table`, drawn where values are missing.
     has_dots : bool
         Whether single pixels of a sparse picture are drawn as dots.
     picture : callable or None
-        Finds a colour picture, uint8 (H, W, 3), which is shown instead of values until the parts are other arrays.
+        Finds a colour picture, uint8 (H, W, 3), which is shown instead of values until these are other arrays.
     message, text : str
         Shown in place of the picture, if it is not "", and beside the title.
     legend : list of (QBrush, str)
     """
 
-    parts: tuple[NDArray[Any], ...] = ()
+    arrays: tuple[NDArray[Any], ...] = ()
     measure: Callable[..., NDArray[np.floating]] = lambda values: values
     levels: Levels = (0.0, 1.0)
     logarithmic: bool = False
@@ -87,32 +88,32 @@ class Layer:
     @property
     def has_values(self) -> bool:
         """Whether there are values with a scale, not only a colour picture or a message."""
-        return bool(self.parts) and self.picture is None and not self.message
+        return bool(self.arrays) and self.picture is None and not self.message
 
     @property
     def look(self) -> list[Any]:
-        """What the colours of the parts follow from."""
+        """What the colours of the arrays follow from."""
         tables = [None if table is None else table.tobytes() for table in (self.table, self.mark_table)]
         return [self.levels, self.logarithmic, *tables]
 
-    def indices(self, *parts: NDArray[Any]) -> NDArray[np.uint8]:
-        """Indices into the table of the parts, or of the same piece of each."""
-        values, levels = self.measure(*parts), self.levels
+    def indices(self, *arrays: NDArray[Any]) -> NDArray[np.uint8]:
+        """Indices into the table of the arrays, or of the same piece of each."""
+        values, levels = self.measure(*arrays), self.levels
         if self.logarithmic:
             values, levels = np.log(values), (float(np.log(levels[0])), float(np.log(levels[1])))
         return to_indices(values, *levels)
 
-    def value_at(self, x: int, y: int, parts: Sequence[NDArray[Any]]) -> float | None:
-        """Value of the parts at a pixel, in the unit of the colour bar; None if there is none."""
-        if not parts or not (0 <= y < parts[0].shape[0] and 0 <= x < parts[0].shape[1]):
+    def value_at(self, x: int, y: int, arrays: Sequence[NDArray[Any]]) -> float | None:
+        """Value of the arrays at a pixel, in the unit of the colour bar; None if there is none."""
+        if not arrays or not (0 <= y < arrays[0].shape[0] and 0 <= x < arrays[0].shape[1]):
             return None
-        value = float(self.measure(*(part[y : y + 1, x : x + 1] for part in parts))[0, 0])
+        value = float(self.measure(*(array[y : y + 1, x : x + 1] for array in arrays))[0, 0])
         return value if np.isfinite(value) else None
 
 
 class Content(NamedTuple):
-    """Title of a content, function that finds its layer, parts of the data that it uses, kind of its colour range
-    ("" for none), and unit of its colour bar."""
+    """Title of a content, function that finds its layer, names of the data that it uses (of `READ`, or found by
+    workers: it is drawn again when these change), kind of its colour range ("" for none), unit of its colour bar."""
 
     title: str
     find: Callable[[ViewData, str], Layer]

@@ -28,7 +28,7 @@ from .shown_blocks import ShownBlocks
 from .side_comparison import SideComparison
 from .view_data import READ, Before, FormerState, ShownStage, ViewData
 
-_MARKS = {"frame", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
+_MARKS = {"frame", "shows_missing", "invalid_mask", "by_hand", "result", "expected", "runs", "swipe"}
 """Data of which some pixels are striped."""
 
 
@@ -54,6 +54,8 @@ class LinkedViews(Themed, QWidget):
         The layout.
     navigation : Navigation
         Pointer and keys.
+    transform : ViewTransform
+        Where the views look.
 
     Signals
     -------
@@ -81,6 +83,7 @@ class LinkedViews(Themed, QWidget):
         self._views = [cell.view for cell in self.cells.values()]
         self.blocks = ShownBlocks(workspace, self.data, self._views)
         self.navigation = Navigation(self._views, self)
+        self.transform = self.navigation.transform
         self._active = next(iter(self.cells))
         self._last_levels: tuple[float, float] | None = None
         self.ranges = ColourRanges(self.data, self)
@@ -134,7 +137,7 @@ class LinkedViews(Themed, QWidget):
         self.sides.set_frame(width, height)
         self.ranges.reset_for_frame()
         self._pages.setCurrentWidget(self.sheet)
-        self.sheet.set_aspect(self.navigation.transform.aspect)
+        self.sheet.set_aspect(self.transform.aspect)
 
     def show_played(self, frame: RGBDFrame, depth: NDArray[np.float32] | None, text: str, before: Before) -> None:
         """Show the next frame of a sequence that is played: where the views were, in the colours of the first one.
@@ -151,13 +154,13 @@ class LinkedViews(Themed, QWidget):
         former = self.data.frame
         same_size = former is not None and former.shape == frame.shape
         begins = self.data.played is None or not same_size
-        place = self.place if same_size else None
+        place = self.transform.place if same_size else None
         self.data.play(frame, depth, text, before)
         if begins:
             self._begin_frame()
             self.blocks.draw(EVERY_PART)
             if place is not None:
-                self.set_place(*place)
+                self.transform.look_at(*place)
         self._draw(*READ, "before")
 
     def keep_pictures(self, on: bool) -> None:
@@ -167,7 +170,7 @@ class LinkedViews(Themed, QWidget):
             self.refresh()
 
     def show_found(self, **found: Any) -> None:
-        """Show what was found for the views, by its name in `ViewData`."""
+        """Show what was found or chosen for the views, by its name in `ViewData`."""
         for name, value in found.items():
             setattr(self.data, name, value)
         self._draw(*("result" if name == "under_way" else name for name in found))
@@ -178,21 +181,13 @@ class LinkedViews(Themed, QWidget):
         self.refresh()
         self.blocks.draw(EVERY_PART)
 
-    def set_missing_shown(self, on: bool) -> None:
-        """Set whether missing depth is striped over the colour image."""
-        self.data.shows_missing = on
-        for cell in self.cells.values():
-            cell.show_stripes()
-
     def _draw(self, *changed: str) -> None:
         """Redraw the cells that use any of these data, or all cells."""
         if self.data.ranges["depth"].mode == FULL and (not changed or "result" in changed):
             self.ranges.update_for_result()
         for cell in self.cells.values():
             cell.follow()
-            if not changed or not _MARKS.isdisjoint(changed):
-                cell.show_stripes()
-            if not changed or not cell.uses.isdisjoint(changed):
+            if not changed or not (cell.uses | _MARKS).isdisjoint(changed):
                 cell.draw_again()
         if self.sides.is_divided and (not changed or not {"runs", "result"}.isdisjoint(changed)):
             self.sides.show_divider()
@@ -202,9 +197,9 @@ class LinkedViews(Themed, QWidget):
             self._last_levels = levels
             self.rangeChanged.emit()
 
-    def _follow_sides(self, part: str) -> None:
+    def _follow_sides(self, *parts: str) -> None:
         """Draw the changed sides; they may need data that no view has used before."""
-        self._draw(part)
+        self._draw(*parts)
         self.blocks.draw(Part.LABELS)
         used = frozenset().union(*(cell.uses for cell in self.sheet.shown))
         if used != self._used_with_sides:
@@ -265,47 +260,11 @@ class LinkedViews(Themed, QWidget):
         for view in self._views:
             view.preview.set_preview(preview)
 
-    def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Put the crosshair on a pixel (x, y), as if the pointer were there; None hides it."""
-        self.navigation.forget_pointer()
-        self.navigation.point_at(pixel)
-
     def _follow_ranges(self) -> None:
         self._draw("levels")
         self.rangeChanged.emit()
 
-    # transform and layout
-
-    def fit(self) -> None:
-        """Show the whole frame."""
-        self.navigation.transform.fit()
-        self.navigation.show_place()
-
-    def one_to_one(self) -> None:
-        """Show one image pixel per device pixel around the current centre."""
-        self.navigation.transform.set_scale(1 / self.devicePixelRatioF())
-        self.navigation.show_place()
-
-    def zoom_to(self, rows: slice, columns: slice) -> None:
-        """Show a box of the image with some margin around it."""
-        self.navigation.transform.show(columns.start, rows.start, columns.stop, rows.stop)
-        self.navigation.show_place()
-
-    @property
-    def place(self) -> tuple[float, float, float] | None:
-        """Image coordinates x, y [px] in the middle, and screen pixels per image pixel; None for the whole frame."""
-        transform = self.navigation.transform
-        return None if transform.fitted else (transform.x, transform.y, transform.scale)
-
-    def set_place(self, x: float, y: float, scale: float) -> None:
-        """Show a place of the frame, as returned by `place`."""
-        self.navigation.transform.look_at(x, y, scale)
-        self.navigation.show_place()
-
-    @property
-    def pixel_size(self) -> float:
-        """Image pixels per screen pixel in a large view."""
-        return 1 / self.navigation.transform.scale
+    # layout
 
     def _update_places(self) -> None:
         """Update cursor and sizes after cells were moved or others are shown."""
@@ -320,9 +279,9 @@ class LinkedViews(Themed, QWidget):
         """Apply the transform to views of their current size."""
         views = [cell.view for cell in self.sheet.shown]
         sizes = [view.viewport().size() for view in views]
-        self.navigation.transform.set_view(sizes[0].width(), sizes[0].height())
+        self.transform.set_view(sizes[0].width(), sizes[0].height())
         for view, size in zip(views, sizes, strict=True):
-            view.share = self.navigation.transform.share(size.width(), size.height())
+            view.share = self.transform.share(size.width(), size.height())
         self.navigation.show_place()
 
     def _move_cursor(self, pixel: tuple[int, int] | None) -> None:

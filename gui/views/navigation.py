@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum, auto
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt, Signal
@@ -26,9 +26,15 @@ class ViewTransform:
     """Image point in the middle of the views, and scale in screen pixels per image pixel.
 
     The scale applies to a view of the size given to `set_view`; other views use their `share` of it.
+
+    Parameters
+    ----------
+    moved : callable
+        Called when it looks elsewhere.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, moved: Callable[[], None]) -> None:
+        self._moved = moved
         self.x = self.y = 0.5
         self.scale = 1.0
         self.fitted = True
@@ -36,20 +42,26 @@ class ViewTransform:
         self._view = (1, 1)
 
     def set_frame(self, width: int, height: int) -> None:
-        """Set the frame's size [px] and fit it."""
+        """Set the frame's size [px] and fit it; `moved` is not called."""
         self._frame = (width, height)
-        self.fit()
+        self._fit()
 
     def set_view(self, width: int, height: int) -> None:
-        """Set the view's size in screen pixels; a fitted frame stays fitted, any other scale is kept."""
+        """Set the view's size in screen pixels; a fitted frame stays fitted, any other scale is kept. `moved` is not
+        called."""
         self._view = (max(width, 1), max(height, 1))
         if self.fitted:
-            self.fit()
+            self._fit()
 
     @property
     def aspect(self) -> float:
         """Width over height of the frame."""
         return self._frame[0] / self._frame[1]
+
+    @property
+    def place(self) -> tuple[float, float, float] | None:
+        """What `look_at` takes to look there again; None for the whole frame."""
+        return None if self.fitted else (self.x, self.y, self.scale)
 
     def share(self, width: int, height: int) -> float:
         """Ratio of the fitted scale of a view of this size to that of the view given to `set_view`."""
@@ -57,51 +69,48 @@ class ViewTransform:
 
     def fit(self) -> None:
         """Show the whole frame."""
-        self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
-        self.scale = self._fitting(*self._view)
-        self.fitted = True
+        self._fit()
+        self._moved()
 
-    def show(self, left: float, top: float, right: float, bottom: float, margin: float = 0.15) -> None:
+    def show(self, rows: slice, columns: slice, margin: float = 0.15) -> None:
         """Show a box of the image with a margin, given as a share of the box, on each side."""
-        self.x, self.y = (left + right) / 2, (top + bottom) / 2
         spread = 1 + 2 * margin
-        width, height = max(right - left, 1) * spread, max(bottom - top, 1) * spread
-        self.set_scale(min(self._view[0] / width, self._view[1] / height))
+        width, height = (max(span.stop - span.start, 1) * spread for span in (columns, rows))
+        scale = min(self._view[0] / width, self._view[1] / height)
+        self.look_at((columns.start + columns.stop) / 2, (rows.start + rows.stop) / 2, scale)
 
     def look_at(self, x: float, y: float, scale: float) -> None:
         """Show an image point in the middle, at `scale` screen pixels per image pixel, within the limits."""
-        self.x, self.y = x, y
-        self.set_scale(scale)
-        self._keep_in_frame()
+        self._put(x, y, self._limited(scale))
 
     def pan(self, dx: float, dy: float) -> None:
         """Move the image by screen pixels."""
-        self.x -= dx / self.scale
-        self.y -= dy / self.scale
-        self._keep_in_frame()
+        self._put(self.x - dx / self.scale, self.y - dy / self.scale, self.scale)
 
     def zoom(self, factor: float, x: float, y: float) -> None:
         """Zoom by a factor; the image point (x, y) keeps its position on the screen."""
-        before = self.scale
-        self.set_scale(before * factor)
-        ratio = before / self.scale
-        self.x, self.y = x - (x - self.x) * ratio, y - (y - self.y) * ratio
-        self._keep_in_frame()
+        scale = self._limited(self.scale * factor)
+        ratio = self.scale / scale
+        self._put(x - (x - self.x) * ratio, y - (y - self.y) * ratio, scale)
 
-    def set_scale(self, scale: float) -> None:
-        """Show `scale` screen pixels per image pixel around the current centre, within the limits."""
-        lowest = self._fitting(*self._view) * MIN_ZOOM_SHARE
-        self.scale = max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
-        self.fitted = False
+    def _fit(self) -> None:
+        self.x, self.y = self._frame[0] / 2, self._frame[1] / 2
+        self.scale = self._fitting(*self._view)
+        self.fitted = True
 
     def _fitting(self, width: int, height: int) -> float:
         room = (max(size - 2 * FIT_MARGIN, 1) for size in (width, height))
         return min(space / size for space, size in zip(room, self._frame, strict=True))
 
-    def _keep_in_frame(self) -> None:
-        self.x = min(max(self.x, 0.0), float(self._frame[0]))
-        self.y = min(max(self.y, 0.0), float(self._frame[1]))
-        self.fitted = False
+    def _limited(self, scale: float) -> float:
+        lowest = self._fitting(*self._view) * MIN_ZOOM_SHARE
+        return max(min(scale, max(self._view[0] / MIN_PIXELS_ACROSS, lowest)), lowest)
+
+    def _put(self, x: float, y: float, scale: float) -> None:
+        self.x = min(max(x, 0.0), float(self._frame[0]))
+        self.y = min(max(y, 0.0), float(self._frame[1]))
+        self.scale, self.fitted = scale, False
+        self._moved()
 
 
 # Mouse and keys.
@@ -142,8 +151,8 @@ class Navigation(QObject):
 
     def __init__(self, views: Sequence[ImageView], parent: QObject) -> None:
         super().__init__(parent)
-        self.transform = ViewTransform()
-        """Where all views look; after a change, `show_place`."""
+        self.transform = ViewTransform(self.show_place)
+        """Where all views look."""
         self._views = views
         self._frame: tuple[int, int] | None = None
         self._handler: PointerHandler | None = None
@@ -164,7 +173,6 @@ class Navigation(QObject):
             for view in self._views:
                 view.set_frame_size(*size)
         self._drag = _Drag.NONE
-        self._pointer = None
         self.point_at(None)
 
     def set_handler(self, handler: PointerHandler | None) -> None:
@@ -188,7 +196,6 @@ class Navigation(QObject):
             case QKeyEvent():
                 return self._key(event)
         if event.type() == QEvent.Type.Leave:
-            self._pointer = None
             self.point_at(None)
             self._send(PointerKind.LEAVE, view, self._last)
         return False
@@ -198,9 +205,9 @@ class Navigation(QObject):
         self._last, self._pointer = position, event.globalPosition()
         match event.type():
             case QEvent.Type.MouseMove if self._drag is _Drag.PAN:
-                self._pan(moved.x() / view.share, moved.y() / view.share)
+                self.transform.pan(moved.x() / view.share, moved.y() / view.share)
             case QEvent.Type.MouseMove:
-                self.point_at(self._pixel_at(view.to_image(position)))
+                self._note_pixel(self._pixel_at(view.to_image(position)))
                 kind = PointerKind.MOVE if self._drag is _Drag.TOOL else PointerKind.HOVER
                 self._send(kind, view, position, event.modifiers())
             case QEvent.Type.MouseButtonRelease:
@@ -240,7 +247,6 @@ class Navigation(QObject):
         self._pointer = event.globalPosition()
         point = view.to_image(event.position())
         self.transform.zoom(ZOOM_STEP ** (turn / 120), point.x(), point.y())
-        self.show_place()
         return True
 
     def _context_menu(self, view: ImageView, event: QContextMenuEvent) -> bool:
@@ -255,17 +261,12 @@ class Navigation(QObject):
             return False
         if key in ARROWS and modifiers == Qt.KeyboardModifier.AltModifier:
             right, down = ARROWS[key]
-            self._pan(-PAN_STEP * right, -PAN_STEP * down)
+            self.transform.pan(-PAN_STEP * right, -PAN_STEP * down)
             return True
         if key in _ZOOM_KEYS and not modifiers & ~Qt.KeyboardModifier.ShiftModifier:
             self.transform.zoom(_ZOOM_KEYS[key], self.transform.x, self.transform.y)
-            self.show_place()
             return True
         return False
-
-    def _pan(self, dx: float, dy: float) -> None:
-        self.transform.pan(dx, dy)
-        self.show_place()
 
     def _send(
         self,
@@ -299,14 +300,14 @@ class Navigation(QObject):
         return (x, y) if 0 <= x < width and 0 <= y < height else None
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """Set the pixel (x, y) under the pointer; None for none."""
+        """Put the crosshair on a pixel (x, y), wherever the mouse is until it moves; None hides it."""
+        self._pointer = None
+        self._note_pixel(pixel)
+
+    def _note_pixel(self, pixel: tuple[int, int] | None) -> None:
         if pixel != self.pixel:
             self.pixel = pixel
             self.cursorMoved.emit(pixel)
-
-    def forget_pointer(self) -> None:
-        """Take the mouse for elsewhere until it moves: the crosshair is put by others."""
-        self._pointer = None
 
     def show_place(self) -> None:
         """Pan and zoom all views, and update the pixel under the pointer."""
@@ -317,7 +318,7 @@ class Navigation(QObject):
         shown = (view for view in self._views if view.isVisible())
         places = ((view, view.viewport().mapFromGlobal(self._pointer)) for view in shown)
         there = ((view, place) for view, place in places if view.viewport().rect().contains(place.toPoint()))
-        self.point_at(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
+        self._note_pixel(next((self._pixel_at(view.to_image(place)) for view, place in there), None))
 
     def set_space(self, held: bool) -> None:
         """Set whether the space key is held anywhere: the left button then pans."""

@@ -234,7 +234,7 @@ class ShownBlocks:
             self._fill()
             self._drop_lines()
             for view in self._views:
-                view.write_names({}, {})
+                view.names.set_names({}, {}, view.frame)
 
     def _drop_lines(self) -> None:
         self._lines.clear()
@@ -291,4 +291,4 @@ class ShownBlocks:
         names = {label: document.info(label).name for label in document.counts()} if self._shows_names else {}
         points = inner_points(labels) if names else {}
         for view in self._views:
-            view.write_names(names, points)
+            view.names.set_names(names, points, view.frame)

@@ -25,10 +25,10 @@ class SideComparison:
     data : ViewData
     cells : collection of Cell
     draw : callable
-        Draws a part of the data that has changed.
+        Draws parts of the data that have changed, by their names.
     """
 
-    def __init__(self, data: ViewData, cells: Collection[Cell], draw: Callable[[str], None]) -> None:
+    def __init__(self, data: ViewData, cells: Collection[Cell], draw: Callable[..., None]) -> None:
         self._data = data
         self._draw = draw
         self._cells = {cell.view: cell for cell in cells}
@@ -55,8 +55,7 @@ class SideComparison:
             if name not in ("", *COMPARABLE):
                 raise ValueError(f"a side must be one of {', '.join(COMPARABLE)}, not {name!r}")
         self._data.chosen_sides = first, second
-        self._draw("runs")
-        self._draw("swipe")
+        self._draw("runs", "swipe")
 
     def show_a_as_result(self, on: bool) -> None:
         """Show side A in place of the result, or the result again."""

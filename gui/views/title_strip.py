@@ -32,12 +32,12 @@ class TitleStrip(QWidget):
     Signals
     -------
     doubleClicked()
-    menuRequested(QPoint)
-        The title was clicked: open the menu at this position on the screen.
+    menuRequested()
+        The title was clicked: open the menu at `menu_position`.
     """
 
     doubleClicked = Signal()
-    menuRequested = Signal(QPoint)
+    menuRequested = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -180,7 +180,7 @@ class TitleStrip(QWidget):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton and event.position().x() < self.title_end:
-            self.menuRequested.emit(self.menu_position())
+            self.menuRequested.emit()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:

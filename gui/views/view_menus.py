@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QSlider, QWidget, QWidgetAction
 
 from ..base.commands import TEMPORARY
@@ -43,15 +42,10 @@ class ViewBar(QWidget):
         self.layouts.activated.connect(lambda _: views.sheet.set_layout(self.layouts.currentData()))
         views.sheet.layoutChanged.connect(lambda name: self.layouts.setCurrentIndex(LAYOUTS.index(name)))
         self.shown = menu_button(menu, "Show \u25be", "What is drawn over the views")
-        self._menu = menu
         menu.insertAction(menu.actions()[0], slider)
         lay_out(QHBoxLayout(self), centre.tabs, self.layouts, self.shown, spacing=6)
         for part in (self.layouts, self.shown):
             centre.turned.connect(lambda part=part: part.setEnabled(not centre.shows_cloud_alone))
-
-    def add_entry(self, action: QAction) -> None:
-        """Add an action to the menu of what is drawn."""
-        self._menu.addAction(action)
 
 
 # The menus that select the two depths to compare.

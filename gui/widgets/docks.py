@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPalette
-from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
 from ..base import theme
 from ..base.commands import HINT, describe
@@ -24,6 +24,8 @@ _COLUMN = 0.26, 270, 380
 """Width of the panel column: share of the window, minimum and maximum [px]."""
 _LATE = 1.3
 """How many times as high a group is that is opened beside others: it is what the user looks at."""
+_DRAG_MS = 50
+"""How often it is looked whether a panel is still being moved [ms]."""
 _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
@@ -264,10 +266,13 @@ class Docks(QObject):
 
     def _show_titles_soon(self) -> None:
         if self._in_use:  # closing the window hides its panels
-            self._titles_timer.start()
+            self._titles_timer.start(0)
 
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text; those outside the window have its frame."""
+        if QApplication.mouseButtons():  # a panel may be being moved by its title, which must stay for that
+            self._titles_timer.start(_DRAG_MS)
+            return
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
             wanted = QWidget if tabbed else None if dock.isFloating() else PanelTitle

@@ -1,4 +1,4 @@
-"""Messages for a short time, in the status bar, beside the views, which they neither cover nor move; and the log."""
+"""A message for a short time, in the status bar, beside the views, which it neither covers nor moves; and the log."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from ..base import theme
 from .basics import ElidedLabel, Themed, flat_button, lay_out, without_flags
 from .notices import LogPanel, ProblemBox, error_details, error_text
 
-MAX_TOASTS = 3
-"""Maximum number of messages at a time; a new one replaces the oldest."""
-
 _SHARE = 0.6
 """Maximum width of a message, as a share of the status bar's: the hint for the mouse keeps the rest."""
 _MIN_STAY_MS = 2000
@@ -24,7 +21,8 @@ _MIN_STAY_MS = 2000
 
 
 class Toast(Themed, QFrame):
-    """A message in one line, with buttons for its commands, if any, and a close button. It never takes the focus.
+    """A message in one line, with buttons for its commands, if any, and a close button. It never takes the focus, and
+    stays for a time, longer while the pointer is over it.
 
     Signals
     -------
@@ -34,13 +32,12 @@ class Toast(Themed, QFrame):
 
     gone = Signal()
 
-    def __init__(self, message: str, actions: Sequence[QAction]) -> None:
+    def __init__(self, message: str, milliseconds: int, actions: Sequence[QAction] = ()) -> None:
         super().__init__()
         self.setObjectName("toast")
         self.setStyleSheet(
             "#toast { background: palette(base); border: 1px solid palette(highlight); border-radius: 4px; }"
         )
-        self.offered = tuple(actions)
         self.commands = [self._button(action) for action in actions]
         self.label = ElidedLabel(Qt.TextElideMode.ElideMiddle)
         self.close_button = flat_button("Close this message", self._go)
@@ -50,7 +47,11 @@ class Toast(Themed, QFrame):
             row.addWidget(button)
         self._over = QTimer(self, singleShot=True)
         self._over.timeout.connect(self._go)
-        self.show_message(message)
+        self.message = message
+        self.label.setText(message)
+        self.setAccessibleName(message)
+        QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
+        self._over.start(milliseconds)
         self._take_theme()
 
     def _button(self, action: QAction) -> QToolButton:
@@ -60,17 +61,6 @@ class Toast(Themed, QFrame):
         button.clicked.connect(action.trigger)
         action.triggered.connect(self._go)  # also if it is triggered elsewhere
         return button
-
-    def show_message(self, message: str) -> None:
-        """Show a text."""
-        self.message = message
-        self.label.setText(message)
-        self.setAccessibleName(message)
-        QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
-
-    def stay(self, milliseconds: int) -> None:
-        """Stay for a time; longer while the pointer is over it."""
-        self._over.start(milliseconds)
 
     def enterEvent(self, event: QEnterEvent) -> None:
         """Stay while the pointer is over it."""
@@ -92,18 +82,16 @@ class Toast(Themed, QFrame):
 
 
 _MESSAGE_MS = 6000
-_BRIEF_MS = 4000
 _COMMAND_MS = 15_000
 
 
 class Notes(QObject):
-    """What the window says: messages for a short time, of which the newest is visible at the left of the status bar,
-    and in the log.
+    """What the window says: the latest message for a short time, at the left of the status bar, and all in the log.
 
     Attributes
     ----------
-    shown : list of Toast
-        Those whose time is not over, the newest last.
+    toast : Toast or None
+        The message, until its time is over.
 
     Signals
     -------
@@ -117,13 +105,12 @@ class Notes(QObject):
         super().__init__(window)
         self._window = window
         self._log = log
-        self._brief = ""
-        self.shown: list[Toast] = []
+        self.toast: Toast | None = None
 
     @property
     def message(self) -> str:
         """Text of the visible message; "" for none."""
-        return self.shown[-1].message if self.shown else ""
+        return "" if self.toast is None else self.toast.message
 
     def show_message(self, message: str) -> None:
         """Show a message and add it to the log."""
@@ -135,16 +122,6 @@ class Notes(QObject):
         """Show a message with commands for a longer time, and add it to the log."""
         self._show(message, _COMMAND_MS, *actions)
         self._log.add(message)
-
-    def show_briefly(self, message: str) -> None:
-        """Show a short-lived message that is not logged, as at every move of a slider; not in place of others."""
-        if self.message in ("", self._brief):
-            self._brief = message
-            if self.shown:
-                self.shown[-1].show_message(message)
-                self.shown[-1].stay(_BRIEF_MS)
-            else:
-                self._show(message, _BRIEF_MS)
 
     def warn(self, what: str, notes: Iterable[str], details: str = "") -> None:
         """Show notes on work that was done with restrictions, and log them; nothing if there are no notes."""
@@ -162,32 +139,18 @@ class Notes(QObject):
         self.reported.emit(f"{what}: {text}")
 
     def clear(self) -> None:
-        """Remove all messages."""
-        for toast in list(self.shown):
-            self._drop(toast)
-
-    def _show(self, message: str, milliseconds: int, *actions: QAction) -> None:
-        """Show a message in place of those with the same text or commands."""
-        for former in list(self.shown):
-            if former.message == message or (actions and former.offered == actions):
-                self._drop(former)
-        toast = Toast(message, actions)
-        toast.gone.connect(lambda: self._drop(toast))
-        self.shown.append(toast)
-        self._window.statusBar().insertWidget(0, toast)
-        for old in self.shown[:-MAX_TOASTS]:
-            self._drop(old)
-        toast.stay(milliseconds)
-        self._show_newest()
-
-    def _drop(self, toast: Toast) -> None:
-        if toast in self.shown:
-            self.shown.remove(toast)
+        """Remove the message."""
+        if (toast := self.toast) is not None:
+            self.toast = None
+            toast.gone.disconnect(self.clear)
             self._window.statusBar().removeWidget(toast)
             toast.deleteLater()
-            self._show_newest()
 
-    def _show_newest(self) -> None:
-        for toast in self.shown:
-            toast.setMaximumWidth(round(_SHARE * self._window.width()))
-            toast.setVisible(toast is self.shown[-1])
+    def _show(self, message: str, milliseconds: int, *actions: QAction) -> None:
+        """Show a message in place of the one before."""
+        self.clear()
+        self.toast = toast = Toast(message, milliseconds, actions)
+        toast.gone.connect(self.clear)
+        toast.setMaximumWidth(round(_SHARE * self._window.width()))
+        self._window.statusBar().insertWidget(0, toast)
+        toast.show()

@@ -172,16 +172,16 @@ class ParameterForm(QScrollArea):
         """Return the current values."""
         return self._parameters
 
-    def set_parameters(self, parameters: ParameterSet) -> None:
-        """Show new values; `changed` is not emitted."""
-        if parameters != self._parameters:
-            self._parameters = parameters
-            self._show()
-
-    def set_base(self, parameters: ParameterSet, source: str = "the preset") -> None:
-        """Set the base values, which rows are compared with and reset to, and their name."""
-        if (parameters, source) != (self._base, self._source):
-            self._base, self._source = parameters, source
+    def set_parameters(
+        self, parameters: ParameterSet, base: ParameterSet | None = None, source: str = "the preset"
+    ) -> None:
+        """Show new values; `changed` is not emitted. Rows are compared with the `base` values, which are from `source`,
+        and reset to them; if they are left out, they stay."""
+        if base is None:
+            base, source = self._base, self._source
+        shown = parameters, base, source
+        if shown != (self._parameters, self._base, self._source):
+            self._parameters, self._base, self._source = shown
             self._show()
 
     @property

@@ -353,18 +353,8 @@ class FrameRuns(QObject):
         if self.state is RunState.IDLE:
             self._resolve_waiting(one for one in work.resolves if one not in work.done)
         self._runs.run_ended.emit(work)
-        if work.steps is None:
-            self._report_resolved(work)
-        else:
+        if work.steps is not None:
             self._report_ended(work, work.steps)
-
-    def _report_resolved(self, work: Work) -> None:
-        results = self.document.valid_results()
-        there = [label for label in work.resolves if label in work.done and label in results]
-        if there and self.document is self._workspace.shown:
-            count = sum(results[label].outcome.iterations for label in there)
-            what = self.document.info(there[0]).name if len(there) == 1 else counted(len(there), "block")
-            self._runs.resolved.emit(f"{what}: {counted(count, 'iteration')} in {1000 * work.seconds:.0f} ms")
 
     def _report_ended(self, work: Work, steps: Execution) -> None:
         """Tell how a run has ended; after a finished one, extrapolate the rest if that is part of it."""
@@ -418,8 +408,6 @@ class RunController(QObject):
         `state` or `queued` has changed, of any frame.
     ended(str)
         A run has ended; a message with its outcome.
-    resolved(str)
-        Blocks of the current frame were re-solved; a message with the duration.
     run_ended(object)
         A run or a re-solve has ended and its results are stored; its `Work`.
     finished(object)
@@ -430,7 +418,6 @@ class RunController(QObject):
 
     state_changed = Signal()
     ended = Signal(str)
-    resolved = Signal(str)
     run_ended = Signal(object)
     finished = Signal(object)
     failed = Signal(object)

@@ -17,7 +17,7 @@ from .._runtime.writing import atomic_path, write_bytes
 from ..data.frame import RGBDFrame
 from ..data.pictures import depth_colours
 from ..drawing.colours import robust_depth_levels, sample, to_indices
-from ..errors import FormatError, IlfError, InputError, told_as
+from ..errors import FormatError, InputError, told_as
 from ..io.images import read_colour
 from ..sources.frame_ref import FrameRef
 from ..sources.reading import read_frame
@@ -49,7 +49,7 @@ def _some_depth(source: FrameRef) -> NDArray[np.floating] | None:
     """Return the depth [m] of a frame at evenly spaced pixels; None if it cannot be read."""
     try:
         return sample(read_frame(source).depth)
-    except IlfError:
+    except Exception:  # told when the frame is completed
         return None
 
 

@@ -21,7 +21,7 @@ from .output import completed, completion_record, completion_report, errors_of, 
 from .usage import Parser, UsageError, declare
 
 _USAGE = """ilf complete RGB DEPTH [options]
-       ilf complete FOLDER [options]
+       ilf complete FOLDER|RECORDING [--frame KEY] [options]
        ilf complete --replay run.json [RGB DEPTH] [options]"""
 
 _WITH_REPLAY = {

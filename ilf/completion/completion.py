@@ -1,4 +1,4 @@
-"""The second half of DICP: frame + blocks + parameters -> completed depth."""
+"""Completion of the blocks of a frame: whether its guide is followed, the filters (`block`), the correction."""
 
 from __future__ import annotations
 
@@ -91,8 +91,7 @@ def iterate(
     if task.by_hand is None and not np.isfinite(task.raw).any():
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")
     if parameters.filter == "edge-aware" and task.frame.guide is not None:
-        test = guide_hold_out(task.frame) if is_guided(task.frame) else None
-        followed = is_guided(task.frame) and (test is None or test.everywhere)
+        followed = guide_hold_out(task.frame).everywhere
         task = task if followed else replace(task, frame=_without_guide(task.frame))
     return task.stepper()
 
@@ -106,20 +105,17 @@ def completed_blocks(
 ) -> Steps[Step]:
     """Complete blocks, in stages: decide whether to follow the guide, filter the blocks, then correct."""
     frame = next((task.frame for task in tasks.values() if task.parameters.filter == "edge-aware"), None)
-    if frame is None or frame.guide is None:
-        yield from _completed(tasks, live, uncorrected, threads, watch)
-        return
-    test = (yield from _hold_out_guide(frame, threads)) if is_guided(frame) else None
-    if is_guided(frame) and (test is None or test.everywhere):
+    test = None if frame is None or frame.guide is None else (yield from _hold_out_guide(frame, threads))
+    if frame is None or test is None or test.everywhere:
         yield from _completed(tasks, live, uncorrected, threads, watch)
         return
     # also where the belief is 0: a block is filled from its frame without suspect depth, of which it may be larger
     bare, note = _without_guide(frame), f"The guide is {guide_text(frame)}."
     without = {label: replace(task, frame=bare, notes=(note,)) for label, task in tasks.items()}
-    guided = {} if test is None or not test.followed else (yield from _depths(tasks, threads))
+    guided = (yield from _depths(tasks, threads)) if test.followed else {}
     with closing(_completed(without, live, uncorrected, threads, watch)) as steps:
         for step in steps:
-            if test is not None and (result := step.result) is not None and step.label in guided:
+            if (result := step.result) is not None and step.label in guided:
                 depth = test.ranges.mixed(guided[step.label], result.depth)
                 step = replace(step, result=replace(result, depth=depth))
             yield step
@@ -138,7 +134,7 @@ def _depths(
     return depths
 
 
-_guide_hold_outs = FrameCache[RGBDFrame, tuple[GuideHoldOut | None]]()
+_guide_hold_outs = FrameCache[RGBDFrame, GuideHoldOut]()
 """Cache by frame; the key is None."""
 
 
@@ -147,9 +143,10 @@ def _without_guide(frame: RGBDFrame) -> RGBDFrame:
     return frame.with_guide(None)
 
 
-def guide_hold_out(frame: RGBDFrame) -> GuideHoldOut | None:
+def guide_hold_out(frame: RGBDFrame) -> GuideHoldOut:
     """Test a frame's guide: hide known depth where the frame's own gaps lie when they are turned, complete it with the
-    guide and without it, and compare. Computed once per frame; None if no depth could be hidden.
+    guide and without it, and compare. Computed once per frame. The quick test of `fit_guide` decides alone where it is
+    against the guide, or no depth can be hidden.
 
     Parameters
     ----------
@@ -167,24 +164,23 @@ def guide_text(frame: RGBDFrame) -> str:
     frame : RGBDFrame
         With a guide.
     """
-    fitted = fit_guide(frame)
-    test = guide_hold_out(frame) if fitted.belief > 0 else None
-    return fitted.to_text() if test is None else test.to_text()
+    test = guide_hold_out(frame)
+    return test.to_text() if test.compared else fit_guide(frame).to_text()
 
 
-def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, GuideHoldOut | None]:
+def _hold_out_guide(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, GuideHoldOut]:
     known = _guide_hold_outs.find(frame, None)
     if known is not None:
-        return known[0]
+        return known
     tested: list[HeldOut] = []
-    for held_out in held_out_frames(frame):
+    for held_out in held_out_frames(frame) if is_guided(frame) else ():
         depths = []
         for one in (held_out, _without_guide(held_out)):
             depths.append((yield from _complete_as_extracted(one, threads)))
         tested.append(HeldOut.of(frame, held_out, *depths))
         if not tested[-1].better and not any(ranges_of_all(tested)):
             break
-    return _guide_hold_outs.keep(frame, None, (decided(tested),))[0]
+    return _guide_hold_outs.keep(frame, None, decided(tested, is_guided(frame)))
 
 
 def _complete_as_extracted(frame: RGBDFrame, threads: int | None) -> Generator[Step, None, NDArray[np.float32]]:

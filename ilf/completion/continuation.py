@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.frame import FARTHEST_DEPTH
+from ..data.pixel_grids import distance_to
 from ..errors import InputError
 
 Array = NDArray[np.float32]
@@ -162,7 +163,7 @@ def nearer_or_farther(depth: Array, labels: NDArray[np.int32], hole: Mask, neare
         x, y, width, height = boxes[number, :4]
         around = np.s_[max(y - _RIM, 0) : y + height + _RIM, max(x - _RIM, 0) : x + width + _RIM]
         part, there = parts[around] == number, depth[around]
-        distance = cv2.distanceTransform((~part).astype(np.uint8), cv2.DIST_L2, 5)
+        distance = distance_to(part)
         rim = (distance <= _RIM) & np.isfinite(there)
         surface = _surface_of(there, labels[around], rim, nearer)
         if surface is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 
 import cv2
 import numpy as np
@@ -23,6 +23,7 @@ from ..data.by_hand import DepthByHand
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import FrameCache
 from ..data.parameters import BlockParameters, Parameters
+from ..data.pixel_grids import distance_to
 from ..data.presets import preset
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
@@ -314,7 +315,7 @@ def applied_change(change: Array, known: NDArray[np.bool_]) -> Array:
 
 def fading(known: NDArray[np.bool_]) -> Array:
     """Factor on the changes, from 0 near known depth to 1; float32 (H, W)."""
-    faded = np.asarray(cv2.distanceTransform((~known).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+    faded = distance_to(known)
     faded -= np.float32(_FADED)
     faded /= np.float32(_FAR - _FADED)
     return np.clip(faded, 0, 1, out=faded)
@@ -346,14 +347,18 @@ def unapplied_change(frame: RGBDFrame, completed: Array, edges: FrameEdges) -> A
     InputError
         As `correction_networks`, or if a network's output is not finite.
     """
-    network, further = correction_networks(frame, edges)
-    change = network.change(frame.edge_rgb, frame.depth, completed, edges.probability)
+    return reduce(np.add, _changes(correction_networks(frame, edges), frame, completed, edges.probability))
+
+
+def _changes(networks: Networks, frame: RGBDFrame, completed: Array, contours: Array) -> tuple[Array, ...]:
+    """Changes of log depth by each network, which sees the effect of those before."""
+    network, further = networks
+    change = network.change(frame.edge_rgb, frame.depth, completed, contours)
     if further is None:
-        return change
+        return (change,)
     applied = applied_change(change, frame.known)
     corrected = np.asarray(completed * np.exp(applied), np.float32)
-    more = further.change(frame.edge_rgb, frame.depth, corrected, applied, edges.probability)
-    return np.asarray(change + more, np.float32)
+    return change, further.change(frame.edge_rgb, frame.depth, corrected, applied, contours)
 
 
 corrections = FrameCache[RGBDFrame, Correction]()
@@ -396,22 +401,16 @@ class BaseCompletion:
         InputError
             If a network's output is not finite.
         """
-        network, further = networks
         frame, completed = self.frame, self.frame.depth.copy()
         for result in results:
             completed[result.block.box][result.block.mask] = result.depth
         left = frame.unfilled_mask()
         if left is not None:  # whatever the run's parameters are
             completed[left] = np.nan
-        contours = self.edges.probability
-        trusted = without_suspects(frame)
         completed[suspect_islands(frame)] = np.nan
-        change = applied_change(network.change(frame.edge_rgb, trusted.depth, completed, contours), trusted.known)
-        if further is not None:
-            corrected = np.asarray(completed * np.exp(change), np.float32)
-            change = change + fading(trusted.known) * further.change(
-                frame.edge_rgb, trusted.depth, corrected, change, contours
-            )
+        trusted = without_suspects(frame)
+        changes = _changes(networks, trusted, completed, self.edges.probability)
+        change = reduce(np.add, (applied_change(one, trusted.known) for one in changes))
         release_memory(change.size)
         used = tuple(one.sha256 for one in networks if one is not None)
         return corrections.keep(frame, self.extraction, Correction(completed, change, used))

@@ -3,6 +3,7 @@ all and in ranges of depth."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -86,7 +87,7 @@ class GuideHoldOut:
     Attributes
     ----------
     with_guide, without : tuple of float
-        Mean absolute error in all hold-outs [m].
+        Mean absolute error in all hold-outs [m]; NaN if there were none.
     ranges : FollowedRanges
         All of them if the mean error is smaller enough with the guide in each hold-out, the root mean square error no
         larger, and the mean error in no range of depth much larger; otherwise those where most errors are smaller, if
@@ -96,6 +97,11 @@ class GuideHoldOut:
     with_guide: float
     without: float
     ranges: FollowedRanges
+
+    @property
+    def compared(self) -> bool:
+        """Whether there were any hold-outs."""
+        return not math.isnan(self.without)
 
     @property
     def followed(self) -> bool:
@@ -189,10 +195,10 @@ def ranges_of_all(held_out: Sequence[HeldOut]) -> tuple[bool, ...]:
     return tuple(map(all, zip(*(one.better_ranges for one in held_out), strict=True)))
 
 
-def decided(held_out: Sequence[HeldOut]) -> GuideHoldOut | None:
-    """The test's result; None if no depth was hidden, so that nothing speaks for the guide or against it."""
+def decided(held_out: Sequence[HeldOut], otherwise: bool) -> GuideHoldOut:
+    """The test's result; if no depth was hidden, the guide is followed or not as `otherwise` says."""
     if not any(one.depth.size for one in held_out):
-        return None
+        return GuideHoldOut(math.nan, math.nan, FollowedRanges((), (otherwise,)))
     limits = held_out[0].limits
     for followed in ((True,) * _RANGES, ranges_of_all(held_out)):
         ranges = FollowedRanges(limits, followed)

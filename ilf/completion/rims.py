@@ -17,7 +17,7 @@ from .._runtime.long_work import check_cancelled
 from ..data.blocks import Block, bounds, grown, moved, within
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
-from ..data.pixel_grids import contrast, filled_from_nearest, strips
+from ..data.pixel_grids import contrast, distance_to, filled_from_nearest, strips
 from .edge_aware.view import WELL_KNOWN, flying_pixels
 
 Array = NDArray[np.float32]
@@ -132,7 +132,7 @@ def _rims(frame: RGBDFrame) -> Mask:
         depth = frame.depth[wider]
         known = np.isfinite(depth)
         surfaces = cv2.morphologyEx((known & ~flying[wider]).view(np.uint8), cv2.MORPH_OPEN, _SURFACE).view(bool)
-        beside = cv2.distanceTransform((~surfaces).view(np.uint8), cv2.DIST_L2, 5) <= _RIM
+        beside = distance_to(surfaces) <= _RIM
         rims = ~known & beside & (contrast(depth, surfaces, _REACH) > _JUMP)
         rims[rims] = _have_steps(np.where(surfaces, depth, np.float32(np.nan)), np.argwhere(rims))
         found[rows] = rims[inner]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.networks.models import SPARSE_CORRECTION
 from .._runtime.networks.network import OnnxNetwork
-from ..data.pixel_grids import nearest_values
+from ..data.pixel_grids import cells_of, nearest_values, padded
 from ..errors import FormatError
 from .plain_surfaces import colourisation, thin_plate
 
@@ -46,10 +46,10 @@ def cell_side(shape: tuple[int, ...]) -> int:
     return max(1, round(max(shape[:2]) / CELLS))
 
 
-def middles_of_cells(values: NDArray[np.generic]) -> Array:
+def middles_of_cells(values: NDArray[np.floating]) -> Array:
     """Values of the pixels in the middle of the cells, float32 (h, w)."""
     side = cell_side(values.shape)
-    return np.ascontiguousarray(_padded(values, side)[side // 2 :: side, side // 2 :: side], np.float32)
+    return np.ascontiguousarray(padded(values, side, "edge")[side // 2 :: side, side // 2 :: side], np.float32)
 
 
 def sparse_features(
@@ -184,22 +184,12 @@ class SparseCorrectionNetwork(OnnxNetwork):
         self._cells(np.zeros((len(CHANNELS), 12, 16), np.float32))
 
 
-def _padded(values: NDArray[np.generic], side: int) -> NDArray:
-    rows, columns = (-length % side for length in values.shape)
-    return np.pad(values, ((0, rows), (0, columns)), mode="edge")
-
-
-def _blocks(values: Array, side: int) -> Array:
-    padded = _padded(values, side)
-    return padded.reshape(padded.shape[0] // side, side, padded.shape[1] // side, side)
-
-
 def _means(values: Array, side: int) -> Array:
-    return np.asarray(_blocks(values, side).mean(axis=(1, 3)), np.float32)
+    return np.asarray(cells_of(values, side, "edge").mean(axis=(1, 3)), np.float32)
 
 
 def _greatest(values: Array, side: int) -> Array:
-    return np.asarray(_blocks(values, side).max(axis=(1, 3)), np.float32)
+    return np.asarray(cells_of(values, side, "edge").max(axis=(1, 3)), np.float32)
 
 
 def _blur(values: Array, size: int) -> Array:

@@ -13,6 +13,7 @@ from ..data.blocks import Block, grown
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import Parameters
+from ..data.pixel_grids import distance_to
 
 Mask = NDArray[np.bool_]
 
@@ -64,13 +65,13 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
     surfaces = cv2.erode(large, square, borderType=cv2.BORDER_CONSTANT, borderValue=0) > 0
     if not (small.any() and surfaces.any()):
         return suspect
-    away = cache(partial(_distance_to, surfaces))
+    away = cache(partial(distance_to, surfaces))
     for number in np.flatnonzero(small):
         x, y, width, height, size = boxes[number].tolist()
         own = slice(y, y + height), slice(x, x + width)
         box = grown(own, _GAP, frame.shape)
         island = parts[box] == number
-        if known[box][(_distance_to(island) <= _GAP) & ~island].mean() > _KNOWN:
+        if known[box][(distance_to(island) <= _GAP) & ~island].mean() > _KNOWN:
             continue
         level = float(np.median(depth[box][island]))
         near_by = depth[grown(own, int(_SUPPORT * max(frame.shape)), frame.shape)]
@@ -80,7 +81,7 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
         reach = int(away()[own][parts[own] == number].min()) + _AROUND
         box = grown(own, reach, frame.shape)
         island = parts[box] == number
-        around = depth[box][surfaces[box] & (_distance_to(island) <= reach)]
+        around = depth[box][surfaces[box] & (distance_to(island) <= reach)]
         if around.size < max(_LEAST, size):
             continue
         low, high = np.quantile(around, (0.02, 0.98))
@@ -92,10 +93,6 @@ def suspect_islands(frame: RGBDFrame) -> Mask:
 def _alike(depth: NDArray[np.float32], level: float) -> int:
     """Number of pixels with depth like that of an island."""
     return int(np.count_nonzero((depth > level / _FAR_OFF) & (depth < level * _FAR_OFF)))
-
-
-def _distance_to(pixels: Mask) -> NDArray[np.float32]:
-    return np.asarray(cv2.distanceTransform((~pixels).view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 @once_per_frame

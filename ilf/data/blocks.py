@@ -19,7 +19,7 @@ from .by_hand import DepthByHand, as_by_hand
 from .declarations import Value
 from .frame import RGBDFrame, checked_mask, read_only
 from .parameters import BlockParameters, Parameters
-from .pixel_grids import nearest_values, odd_even_fill
+from .pixel_grids import nearest_values, odd_even_fill, strips
 
 Box = tuple[slice, slice]
 """Rows and columns of a bounding box."""
@@ -235,9 +235,6 @@ Colour = tuple[_Byte, _Byte, _Byte]
 OwnValues = Mapping[str, Value]
 """Own parameters of a block: parameter -> value that replaces the common one."""
 
-_STRIP = 64
-"""Rows compared at a time; the comparison stops at the first difference."""
-
 
 def block_colour(label: int) -> Colour:
     """Colour of a block: consecutive numbers differ much in hue, and the colour of a number is fixed."""
@@ -381,8 +378,7 @@ class Blocks:
         labels, extracted = self.labels, self.extracted
         if extracted is None or extracted is labels:
             return extracted is labels
-        strips = (slice(top, top + _STRIP) for top in range(0, labels.shape[0], _STRIP))
-        return all(np.array_equal(extracted[strip], labels[strip]) for strip in strips)
+        return all(np.array_equal(extracted[rows], labels[rows]) for rows, *_ in strips(len(labels)))
 
 
 def as_blocks(given: ArrayLike | Blocks, shape: tuple[int, int]) -> Blocks:

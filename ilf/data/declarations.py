@@ -66,7 +66,7 @@ class Declaration:
         (name, value, ...) of another parameter, which must have one of these values for this one to have any effect;
         empty for always.
     needs : tuple of str
-        What must be there for it, of what its form knows.
+        What must be there for it, by names of its form in the window.
     """
 
     name: str

@@ -45,6 +45,13 @@ def nearest_values(
     return np.asarray(distance, np.float32), of_place[places]
 
 
+def distance_to(mask: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Distance to the nearest pixel of a mask [px], float32 (H, W); infinite if there is none."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf, np.float32)
+    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+
+
 def _fill_by_loops(values: Array) -> Array:
     height, width = values.shape
     filled = values.copy()
@@ -469,31 +476,37 @@ def contrast(values: Array, known: NDArray[np.bool_], around: NDArray[np.integer
     return np.asarray(largest * inverse, np.float32)
 
 
-# Halving and doubling the grid of an image.
+# Cells of an image, halving and doubling its grid.
+
+
+def padded(values: NDArray[Any], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Any]:
+    """Pad the sides of an image, below and on the right, to multiples of `cell`; `mode` as that of `np.pad`."""
+    border = {"constant": cv2.BORDER_CONSTANT, "edge": cv2.BORDER_REPLICATE}[mode]
+    below, right = (-size % cell for size in values.shape)
+    return cv2.copyMakeBorder(values, 0, below, 0, right, border, value=value) if below or right else values
+
+
+def cells_of(values: NDArray[Any], cell: int, mode: str = "constant", value: float = 0.0) -> NDArray[Any]:
+    """Divide an image into cells of cell x cell pixels, (rows of cells, cell, columns of cells, cell), see `padded`."""
+    whole = padded(values, cell, mode, value)
+    return whole.reshape(whole.shape[0] // cell, cell, whole.shape[1] // cell, cell)
 
 
 def sums_of_four(values: Array, mode: str = "constant") -> Array:
     """Return sums over 2 x 2 pixels, float32 ((H + 1) // 2, (W + 1) // 2); `mode` of `np.pad` pads odd sides."""
-    upper_left, lower_left, upper_right, lower_right = _quarters(_even(values, mode))
+    upper_left, lower_left, upper_right, lower_right = _quarters(padded(values, 2, mode))
     return upper_left + lower_left + upper_right + lower_right
 
 
 def largest_of_four(values: Array) -> Array:
     """Return maxima over 2 x 2 pixels."""
-    return np.maximum.reduce(_quarters(_even(values, "edge")))
+    return np.maximum.reduce(_quarters(padded(values, 2, "edge")))
 
 
 def enlarged(values: Array, shape: tuple[int, ...]) -> Array:
     """Interpolate values of a halved grid bilinearly to the original grid of this shape."""
     size = (2 * values.shape[1], 2 * values.shape[0])
     return np.ascontiguousarray(cv2.resize(values, size, interpolation=cv2.INTER_LINEAR)[: shape[0], : shape[1]])
-
-
-def _even(values: Array, mode: str) -> Array:
-    """Pad odd sides."""
-    border = {"constant": cv2.BORDER_CONSTANT, "edge": cv2.BORDER_REPLICATE}[mode]
-    below, right = (size % 2 for size in values.shape)
-    return cv2.copyMakeBorder(values, 0, below, 0, right, border) if below or right else values  # type: ignore[return-value]
 
 
 def _quarters(even: Array) -> tuple[Array, Array, Array, Array]:

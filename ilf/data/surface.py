@@ -14,7 +14,7 @@ from ..errors import InputError
 from .arrays import plain_array
 from .camera import Camera
 from .open3d_images import load_open3d
-from .pixel_grids import Pairs
+from .pixel_grids import Pairs, strips
 from .points import PointCloud, known_pixels, point_cloud, required_intrinsics
 
 # Links between neighbouring pixels of one surface, cut where depth jumps.
@@ -149,8 +149,8 @@ def surface_faces(depth: ArrayLike, links: Pairs) -> NDArray[np.int32]:
     height, width = image.shape
     found = np.empty((2 * max(height - 1, 0) * max(width - 1, 0), 3), np.int32)
     count = 0
-    for top in range(0, height - 1, _BAND):
-        for triangles in _triangles(image, links, slice(top, min(top + _BAND, height - 1))):
+    for rows, *_ in strips(height - 1, rows=_BAND):
+        for triangles in _triangles(image, links, rows):
             found[count : count + len(triangles)] = triangles
             count += len(triangles)
     return found[:count]
@@ -272,13 +272,10 @@ def surface_normals(depth: ArrayLike, intrinsics: Camera | ArrayLike | None) -> 
     image = np.asarray(plain_array(depth), np.float32)
     camera = required_intrinsics(intrinsics, image.shape)
     right, down = surface_links(image, camera)
-    height = len(image)
     found = np.empty((*image.shape, 3), np.float32)
-    for top in range(0, height, _NORMALS_BAND):
-        bottom = min(top + _NORMALS_BAND, height)
-        first, last = max(top - _ROUNDS * _RADIUS - 1, 0), min(bottom + _ROUNDS * _RADIUS + 1, height)
-        normals = _normals(image[first:last], (right[first:last], down[first : last - 1]), camera, first)
-        found[top:bottom] = normals[top - first : bottom - first]
+    for rows, wider, inner in strips(len(image), _ROUNDS * _RADIUS + 1, _NORMALS_BAND):
+        links = right[wider], down[wider.start : wider.stop - 1]
+        found[rows] = _normals(image[wider], links, camera, wider.start)[inner]
     return found
 
 

@@ -32,22 +32,23 @@ def log_indices(error: NDArray[np.floating], levels: tuple[float, float]) -> NDA
 
 def robust_depth_levels(depth: NDArray[np.floating]) -> tuple[float, float]:
     """Robust colour range of depth: 1st and 99th percentile of the known depth [m]; (0, 1) if none is known."""
-    known = _known_sample(depth)
-    if known.size == 0:
-        return 0.0, 1.0
-    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    low, high = _most_of(depth, (0.0, 1.0))
     return (low, high) if high - low > 1e-3 else (low - 0.05, high + 0.05)
 
 
 def robust_error_levels(error: NDArray[np.floating]) -> tuple[float, float]:
     """Robust colour range [mm] of errors, logarithmic: 1st and 99th percentile, widened to 1, 2 or 5 times a power of
     ten."""
-    known = _known_sample(error)
-    if known.size == 0:
-        return 1.0, 10.0
-    low, high = (float(level) for level in np.percentile(known, (1, 99)))
+    low, high = _most_of(error, (1.0, 10.0))
     low, high = 1 / round_up(1 / low), round_up(high)
     return low, max(high, 10 * low)
+
+
+def _most_of(values: NDArray[np.floating], otherwise: tuple[float, float]) -> tuple[float, float]:
+    """1st and 99th percentile of the known values, if there are any."""
+    known = _known_sample(values)
+    low, high = np.percentile(known, (1, 99)).tolist() if known.size else otherwise
+    return low, high
 
 
 def robust_difference_level(difference: NDArray[np.floating], percent: float = 99) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import FileContent
 from .._runtime.formatting import counted
-from ..data.blocks import Blocks, Region, cropped
+from ..data.blocks import Blocks, Region, cropped, find_blocks
 from ..errors import FormatError, InputError, told_as
 from .images import image_header, read_indices
 from .polygons import Points, compressed, filled_polygon, outline_polygons, part_of_runs, points_of, run_lengths
@@ -72,18 +72,14 @@ def blocks_of_mask_list(path: Path, content: list[Any], shape: tuple[int, int]) 
 def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: str, runs: bool) -> Any:
     """Return the content of a COCO file: an annotation for every block, with its number as id and its name as
     category."""
-    from scipy.ndimage import find_objects
-
-    boxes = find_objects(labels)
-    present = [label for label, box in enumerate(boxes, 1) if box is not None]
+    blocks = find_blocks(labels)
     traced = {} if runs else outline_polygons(labels)
-    used = dict.fromkeys(names.get(label, UNNAMED) for label in present)
+    used = dict.fromkeys(names.get(label, UNNAMED) for label in blocks)
     categories = {name: number for number, name in enumerate(used, 1)}
     height, width = labels.shape
     annotations = []
-    for label in present:
-        rows, columns = boxes[label - 1]
-        area = int(np.count_nonzero(labels[rows, columns] == label))
+    for label, block in blocks.items():
+        rows, columns = block.box
         segmentation: Any = [points.astype(float).ravel().tolist() for points in traced.get(label, ())]
         if runs:
             segmentation = {"size": [height, width], "counts": compressed(run_lengths(labels == label))}
@@ -92,7 +88,7 @@ def coco_of_blocks(labels: NDArray[np.int32], names: Mapping[int, str], image: s
             "image_id": 1,
             "category_id": categories[names.get(label, UNNAMED)],
             "segmentation": segmentation,
-            "area": area,
+            "area": int(np.count_nonzero(block.mask)),
             "bbox": [columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start],
             "iscrowd": 0,
         })  # fmt: skip

@@ -355,6 +355,10 @@ def _tree_of(content: FileContent) -> Any:
         raise FormatError(f"{content} is not a file of cameras that can be read ({told}). {remedy}") from error
 
 
+_LARGEST_COEFFICIENT = 20.0
+"""Of distortion; the numbers in its place are cx and cy, cut in two, where decimals are written with commas."""
+
+
 def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:
     """The camera of numbers alone: a camera matrix of 3 or 4 rows and columns, or of 3 rows and 4 columns; fx fy cx cy,
     without or with 4 or 5 coefficients of distortion after it, or with width and height before it."""
@@ -363,9 +367,11 @@ def _of_numbers(content: FileContent, numbers: list[float]) -> dict[str, Any]:
         return {"K": _square(numbers)}
     if count in {6, 11} and numbers[4] < numbers[0] and numbers[5] < numbers[1]:
         return {"size": numbers[:2], "K": numbers[2:6], "distortion": numbers[6:]}
-    if count in {8, 9}:
+    if count in {8, 9} and abs(numbers[4]) < _LARGEST_COEFFICIENT:
         return {"K": numbers[:4], "distortion": numbers[4:]}
-    raise FormatError(f"{content} must contain a camera matrix, or fx fy cx cy, not {count} numbers.")
+    raise FormatError(
+        f"{content} must contain a camera matrix, or fx fy cx cy with decimal points, not {count} numbers."
+    )
 
 
 def _of_colmap(model: str, width: int, height: int, numbers: list[float]) -> dict[str, Any]:

@@ -38,6 +38,7 @@ from .float_images import (
     PFM_SUFFIX,
     encode_exr,
     is_kinect_v2,
+    npz_scales,
     read_bin,
     read_exr,
     read_kinect_v2,
@@ -46,7 +47,7 @@ from .float_images import (
     read_pfm,
     read_viewer_raw,
 )
-from .hdf5 import HDF5_SUFFIXES, read_hdf5
+from .hdf5 import HDF5_SUFFIXES, hdf5_scales, read_hdf5
 from .heic import HEIC_SUFFIXES, read_heic_depth
 from .images import encode_image, is_common_image, read_image
 from .kinds import wrong_kind
@@ -162,6 +163,12 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
+_SCALES: dict[str, Callable[[FileContent, str | None], dict[str, float]]] = {
+    ".npz": lambda file, _dataset: npz_scales(file),
+    **dict.fromkeys(HDF5_SUFFIXES, hdf5_scales),
+}
+"""Suffix -> what finds the scales that such files state beside depth."""
+
 _SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
 """What Apple's photos say, see AVDepthData.Accuracy.relative."""
 
@@ -194,6 +201,8 @@ def read_depth(
         stated = ENCODINGS["mm"].units
     values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
     read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
+    if given is None and stated is None and file.path.suffix.lower() in _SCALES:
+        read = replace(read, scales=_SCALES[file.path.suffix.lower()](file, dataset))
     is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
     return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
 
@@ -278,17 +287,23 @@ def encode_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 
     suffix = Path(path).suffix.lower()
     if suffix not in DEPTH_SUFFIXES:
         raise ExportError(f"Depth cannot be written as {str(path)!r}: use one of {', '.join(DEPTH_SUFFIXES)}.")
-    metres = _with_missing(np.array(plain_array(depth), np.float32))
+    metres = np.array(plain_array(depth), np.float32)
+    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
     if metres.ndim != 2 or metres.size == 0:
         raise ExportError(f"Depth must have shape (H, W) to be written, not {metres.shape}.")
     if suffix == ".png":
         image, warnings = _as_uint16(metres, checked_units(units))
         return encode_image(suffix, image), warnings
     if suffix == ".npy":
-        content = io.BytesIO()
-        np.save(content, metres.astype("<f4"))
-        return content.getvalue(), []
+        return encode_npy(metres), []
     return encode_exr(metres) if suffix == ".exr" else encode_image(suffix, metres), []
+
+
+def encode_npy(array: NDArray[np.float32]) -> bytes:
+    """Return values as NPY, without loss."""
+    content = io.BytesIO()
+    np.save(content, array.astype("<f4"))
+    return content.getvalue()
 
 
 def png_losses(depth: NDArray[np.floating], units: float) -> list[str]:
@@ -354,12 +369,6 @@ def encode_expected_error(
     if Path(path).suffix.lower() == ".png":
         values = np.maximum(values, np.float32(1 / checked_units(units)))
     return encode_depth(path, values, units)
-
-
-def _with_missing(metres: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Mark values that are not finite and positive as missing, in place."""
-    metres[~(np.isfinite(metres) & (metres > 0))] = np.nan
-    return metres
 
 
 def _as_uint16(metres: NDArray[np.float32], units: float) -> tuple[NDArray[np.uint16], list[str]]:

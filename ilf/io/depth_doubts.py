@@ -4,8 +4,8 @@ depth, or that it is no depth."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -102,6 +102,8 @@ class DepthReading:
         Path of the file.
     is_relative : bool
         Whether it is a photo that says that its depth is not absolute.
+    scales : dict
+        Scales of depth that the file states inside, by name; they are not applied.
     """
 
     values: NDArray[Any]
@@ -112,6 +114,7 @@ class DepthReading:
     left_out: str
     path: Path
     is_relative: bool = False
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def median(self) -> float:
@@ -166,11 +169,12 @@ def _doubts(read: DepthReading) -> Iterator[PlausibilityWarning]:
     if no_depth:
         yield no_depth
         return
-    storage = _other_storage(read) if is_plain else None
+    stated = _stated_scale(read) if is_plain and is_known else None
+    storage = _other_storage(read) if is_plain and not stated else None
     used = encoding if storage is None else ENCODINGS[storage.encoding or ""]
     has_marker = encoding.invalid is None and used.name not in KINECT_DISPARITY  # which decode their own invalid value
     marker = marker_doubt(values, metres) if has_marker else None
-    scale = _scale(read) if is_plain and is_known and not (storage or marker) else None
+    scale = stated or (_scale(read) if is_plain and is_known and not (storage or marker) else None)
     rays = _along_rays(read.path) if is_plain else None
     yield from filter(None, (storage, marker, scale, rays))
 
@@ -276,6 +280,19 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     if np.average(is_whole, weights=pixels) < 0.95 or np.count_nonzero(is_whole) < _FEWEST_VALUES:
         return False
     return bool(np.average(is_odd, weights=pixels * is_whole) >= 0.2)
+
+
+def _stated_scale(read: DepthReading) -> PlausibilityWarning | None:
+    """Whether the file states a scale by which its depth would be another one, as likely."""
+    low, high = MEDIAN_DEPTH_RANGE
+    for name, scale in read.scales.items():
+        medians = {units: read.median * read.encoding.units / units for units in (scale, 1 / scale, 1000 / scale)}
+        likely = {f"{units:.6g}": far for units, far in medians.items() if low <= far <= high}
+        if likely and f"{read.encoding.units:.6g}" not in likely:
+            told = f"The file states {name} {scale:.6g}, which is not applied: the median is {read.median:.2f} m"
+            others = " or ".join(f"{units} ({far:.2f} m)" for units, far in likely.items())
+            return PlausibilityWarning(f"{told}. Give {others} as depth encoding, or the right one.", is_scale=True)
+    return None
 
 
 def _scale(read: DepthReading) -> PlausibilityWarning | None:

@@ -10,7 +10,7 @@ import tokenize
 import warnings
 import zipfile
 import zlib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,28 @@ def is_other_name(name: str) -> bool:
     return "distance" in name.lower() or "disp" in name.lower()
 
 
+_NPZ_ERRORS = zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error
+
+_SCALE_NAME = re.compile(r"(depth_?)?(map_|image_)?(unit_)?(scale|scaling|(scale_?)?factor|units?)", re.IGNORECASE)
+
+
+def named_scales(items: Iterable[tuple[str, Any]]) -> dict[str, float]:
+    """The positive numbers of a file, (name, value), that are named as a scale of its depth."""
+    numbers = ((name, np.asarray(value)) for name, value in items if _SCALE_NAME.fullmatch(name))
+    scales = {name: float(number.item()) for name, number in numbers if number.size == 1 and number.dtype.kind in "iuf"}
+    return {name: scale for name, scale in scales.items() if 0 < scale < math.inf}
+
+
+def npz_scales(file: FileContent) -> dict[str, float]:
+    """The scales of depth that an NPZ file states beside it, by name, which `read_npz` does not apply."""
+    told = f"{file}: this NPZ cannot be read ({{error}}). Save it again."
+    with told_as(FormatError, told, _NPZ_ERRORS), zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
+        small = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist() if entry.file_size < 1000}
+        content = {name: zip_member(archive, small[name], 1000) for name in small if _SCALE_NAME.fullmatch(name)}
+    arrays = {name: FileContent(file.path, np.frombuffer(data, np.uint8)) for name, data in content.items()}
+    return named_scales((name, read_npy(array)) for name, array in arrays.items())
+
+
 def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
     """Read an array of an NPZ file: its only one, unless its name says something else, or the first of these names that
     exists.
@@ -73,7 +95,7 @@ def read_npz(file: FileContent, names: tuple[str, ...]) -> NDArray[Any]:
                 told = f"{file} has no array named {', '.join(names)}: it has {held:.80}"
                 raise FormatError(f"{told}. Save the one to use as {names[0]}.")
             data = np.frombuffer(zip_member(archive, members[name], MAX_FILE_BYTES), np.uint8)
-    except (zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, zlib.error) as error:
+    except _NPZ_ERRORS as error:
         raise FormatError(f"{file}: this NPZ cannot be read ({error!s:.120}). Save it again.") from error
     return read_npy(FileContent(file.path, data))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 import os
 from collections.abc import Callable
@@ -292,13 +291,6 @@ def guide_network(
 def guide_suffixes() -> tuple[str, ...]:
     """Suffixes of files that a guide can be read from or predicted by, with those of plugins."""
     return (*GUIDE_SUFFIXES, NETWORK_SUFFIX, *(f".{entry.name}" for entry in entry_points(GUIDES)))
-
-
-def encode_array(array: NDArray[np.float32]) -> bytes:
-    """Return a guide's array or depth by hand as NPY, without loss."""
-    content = io.BytesIO()
-    np.save(content, array.astype("<f4"))
-    return content.getvalue()
 
 
 def _one_channel(file: FileContent, image: NDArray[Any]) -> NDArray[Any]:

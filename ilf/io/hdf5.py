@@ -19,7 +19,7 @@ from .._runtime.files import FileContent
 from .._runtime.installation import optional
 from .._runtime.memory import check_memory
 from ..errors import FormatError
-from .float_images import is_other_name
+from .float_images import is_other_name, named_scales
 from .kinds import kind_of_file, start_of, wrong_kind
 
 HDF5_SUFFIXES = ".hdf5", ".h5", ".mat"
@@ -169,15 +169,40 @@ def read_hdf5(file: FileContent, name: str | None = None) -> NDArray[Any]:
 
 def _depth(file: FileContent, name: str | None) -> NDArray[Any]:
     with open_hdf5(BytesIO(file.data.tobytes()), str(file), "Reading depth from HDF5") as opened:
-        found = _first(opened, [name] if name else _DEPTHS, str(file))
-        if found is None:
-            known = images(opened)
-            if name or len(known) != 1 or is_other_name(next(iter(known))):
-                raise _not_found(file, name, known)
-            found = _first(opened, known, str(file))
+        found = _depth_of(opened, file, name)
         check_memory(file, math.prod(found.shape[1:]), found.shape[0])
         values = np.asarray(found)
         return np.ascontiguousarray(values.T) if is_of_matlab(file) else values
+
+
+def _depth_of(opened: Any, file: FileContent, name: str | None) -> Any:
+    found = _first(opened, [name] if name else _DEPTHS, str(file))
+    if found is None:
+        known = images(opened)
+        if name or len(known) != 1 or is_other_name(next(iter(known))):
+            raise _not_found(file, name, known)
+        found = _first(opened, known, str(file))
+    return found
+
+
+def hdf5_scales(file: FileContent, name: str | None = None) -> dict[str, float]:
+    """The scales of depth that an HDF5 file states, by name, which `read_hdf5` does not apply: attributes of the
+    dataset, its group and the file, and single numbers in its group. Raises as `read_hdf5` does."""
+    from .._runtime.children import run_in_child
+
+    return run_in_child(_scales, file, name, file=str(file), memory=CHILD_MEMORY)
+
+
+def _scales(file: FileContent, name: str | None) -> dict[str, float]:
+    with open_hdf5(BytesIO(file.data.tobytes()), str(file), "Reading depth from HDF5") as opened:
+        found = _depth_of(opened, file, name)
+        import h5py
+
+        hard = (key for key in found.parent if isinstance(found.parent.get(key, getlink=True), h5py.HardLink))
+        beside = ((key, found.parent[key]) for key in hard)
+        numbers = [(key, item[()]) for key, item in beside if isinstance(item, h5py.Dataset) and item.shape == ()]
+        stated = (pair for owner in (opened, found.parent, found) for pair in owner.attrs.items())
+        return named_scales([*numbers, *stated])
 
 
 def _first(opened: Any, names: Iterable[str], file: str) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted
-from ..data.blocks import Region, cropped, enclosed
+from ..data.blocks import Region, cropped, enclosed, find_blocks
 from ..data.pixel_grids import connected_regions
 from ..errors import InputError
 
@@ -121,14 +121,10 @@ def outline_polygons(labels: NDArray[np.int32]) -> dict[int, list[NDArray[np.int
     >>> outline_polygons(np.array([[0, 5, 5], [0, 0, 5]], np.int32))[5][0].tolist()
     [[1, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1]]
     """
-    from scipy.ndimage import find_objects
-
-    parts = connected_regions(labels)
     found: dict[int, list[NDArray[np.int64]]] = {label: [] for label in np.unique(labels[labels > 0]).tolist()}
-    for part, box in enumerate(find_objects(parts), 1):
-        mask = parts[box] == part
-        label = labels[box][0, mask[0].argmax()]
-        found[int(label)].append(_outline(mask) + np.array([box[1].start, box[0].start]))
+    for part in find_blocks(connected_regions(labels)).values():
+        label = labels[part.box][0, part.mask[0].argmax()]
+        found[int(label)].append(_outline(part.mask) + np.array([part.box[1].start, part.box[0].start]))
     return found
 
 

@@ -207,8 +207,7 @@ def _info(store: Any, header: Any, frame: StampedDepth) -> Any:
     """Return the camera of registered depth, without distortion; its matrices are zero if it is uncalibrated."""
     camera, matrix, projection = frame.intrinsics, np.zeros((3, 3)), np.zeros((3, 4))
     if camera is not None:
-        matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-        projection[:, :3] = matrix
+        projection[:, :3] = matrix = camera.matrix
     return store.types[_INFO](
         header=header,
         height=frame.depth.shape[0],

@@ -29,8 +29,7 @@ from ..data.results import Completion
 from ..data.surface import surface_mesh, surface_normals
 from ..errors import ExportError, IlfError, InputError
 from ..io.clouds import write_cloud
-from ..io.depth import encode_depth, encode_expected_error, precision_loss
-from ..io.frame_additions import encode_array
+from ..io.depth import encode_depth, encode_expected_error, encode_npy, precision_loss
 from ..io.images import encode_image, encode_labels, encode_mask
 from ..io.meshes import write_mesh
 from ..sources.frame_ref import RECORD_FILE
@@ -417,7 +416,7 @@ def _aligned(name: str, completion: Completion, units: float) -> Content:
 
 
 def _encoded(array: NDArray[Any]) -> Content:
-    return (encode_mask if array.dtype == np.bool_ else encode_array)(array), ()
+    return (encode_mask if array.dtype == np.bool_ else encode_npy)(array), ()
 
 
 def _notes(completion: Completion, options: ExportOptions, unsupported_mask: NDArray[np.bool_] | None) -> Iterator[str]:

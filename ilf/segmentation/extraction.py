@@ -16,7 +16,7 @@ from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ..data.parameters import BlockParameters, Parameters, as_block_parameters
-from ..data.pixel_grids import Pairs, connected_regions, different_labels, flood, long_lines, mark, spread
+from ..data.pixel_grids import Pairs, connected_regions, different_labels, distance_to, flood, long_lines, mark, spread
 from .edges.detectors import otsu_edges
 from .edges.frame_edges import JUMP_LENGTH, FrameEdges, Relief, canny_lines, clear_evidence_cache, find_edges, relief_of
 from .merging import RegionGraph, keep_existing, numbered
@@ -153,13 +153,6 @@ def _add_new_parts(parts: NDArray[np.int32], regions: NDArray[np.int32], largest
     numbers = np.where(new, np.cumsum(new, dtype=np.int32) + np.int32(largest), 0)
     np.copyto(regions, numbers[parts], where=new[parts])
     return int(numbers.max(initial=largest))
-
-
-def distance_to(edges: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Distance to the nearest edge [px], float32 (H, W); infinite if there is none."""
-    if not edges.any():
-        return np.full(edges.shape, np.inf, np.float32)
-    return np.asarray(cv2.distanceTransform((~edges).view(np.uint8), cv2.DIST_L2, 5), np.float32)
 
 
 def _parts(mask: NDArray[np.bool_], memory: NDArray[np.int32] | None = None) -> NDArray[np.int32]:

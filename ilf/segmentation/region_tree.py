@@ -15,7 +15,7 @@ from .._runtime.long_work import check_cancelled
 from ..data.frame import RGBDFrame
 from ..data.frame_cache import once_per_frame
 from ..data.parameters import BlockParameters
-from ..data.pixel_grids import flood, sides
+from ..data.pixel_grids import cells_of, flood, sides
 from .edges.frame_edges import filled_depth, find_edges
 
 Array = NDArray[np.float64]
@@ -110,13 +110,11 @@ _FAINT, _HALF_FAINT = 0.5, 10.0
 
 def _pieces(landscape: NDArray[np.float32]) -> NDArray[np.int32]:
     """Pieces 0, 1, ..., int32 (H, W): a watershed from the lowest pixel of every square of a grid."""
-    height, width = landscape.shape
     side = max(round(math.sqrt(landscape.size / _PIECES)), 2)
-    rows, columns = -(-height // side), -(-width // side)
-    padded = np.pad(landscape, ((0, rows * side - height), (0, columns * side - width)), constant_values=np.inf)
-    squares = padded.reshape(rows, side, columns, side).swapaxes(1, 2).reshape(rows * columns, -1)
-    down, right = np.divmod(squares.argmin(axis=1), side)
-    square = np.arange(rows * columns)
+    squares = cells_of(landscape, side, value=math.inf).swapaxes(1, 2)
+    columns = squares.shape[1]
+    down, right = np.divmod(squares.reshape(-1, side * side).argmin(axis=1), side)
+    square = np.arange(down.size)
     markers = np.zeros(landscape.shape, np.int32)
     markers[square // columns * side + down, square % columns * side + right] = 1 + square
     return np.asarray(flood(landscape, markers, np.ones(landscape.shape, bool)) - 1, np.int32)

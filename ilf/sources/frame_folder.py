@@ -75,7 +75,7 @@ def two_files(rgb: str | os.PathLike[str], depth: str | os.PathLike[str], *, bes
 def is_frame_folder(folder: str | os.PathLike[str]) -> bool:
     """Whether a folder is a single frame: it has meta.json, or colour rgb.* and depth depth.*."""
     root = Path(folder)
-    return os.path.isfile(root / META_NAME) or all(_found(root, *image) for image in _IMAGES)
+    return os.path.isfile(root / META_NAME) or all(image_at(root, *image) for image in _IMAGES)
 
 
 def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
@@ -217,7 +217,7 @@ def _confidence_beside(depth: Path) -> str | None:
     stem, folder = (_DEPTH_WORD.sub("confidence", name) for name in (depth.stem, depth.parent.name))
     beside = depth.parent if folder == depth.parent.name else depth.parent.with_name(folder)
     places = ((depth.parent, stem), (beside, depth.stem), (beside, stem))
-    found = (_found(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
+    found = (image_at(root, name, CONFIDENCE_SUFFIXES) for root, name in places if root / name != depth.with_suffix(""))
     return next((str(path) for path in found if path is not None), None)
 
 
@@ -257,12 +257,12 @@ def _ground_truth_in(root: Path, description: str | None) -> Path | None:
     """The ground truth file of a frame folder: as listed in meta.json, or `gt.*`; None if there is none."""
     if description and Path(description).suffix.lower() in DEPTH_FILE_SUFFIXES and not re.search(r"\s", description):
         return _named_image(root, description)
-    return _found(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
+    return image_at(root, "gt", DEPTH_FILE_SUFFIXES) if is_ground_truth(description) else None
 
 
 def _beside(root: Path, named: str | None, stem: str, suffixes: tuple[str, ...]) -> str | None:
     """A further file of a frame folder: as listed in meta.json, or by its usual name; None if there is none."""
-    found = _named_image(root, named) or _found(root, stem, suffixes)
+    found = _named_image(root, named) or image_at(root, stem, suffixes)
     return None if found is None else str(found)
 
 
@@ -287,14 +287,15 @@ def _recorded_colour_sha256(record: Path) -> str:
 
 
 def _image_in(root: Path, stem: str, suffixes: tuple[str, ...], hint: str = "") -> Path:
-    if path := _found(root, stem, suffixes):
+    if path := image_at(root, stem, suffixes):
         return path
     others = ", ".join(sorted(entry.name for entry in root.iterdir() if entry.name != META_NAME)) or "nothing else"
     what = "raw depth" if stem == "depth" else "colour image"
     raise InputError(f"{root} has no {what} ({stem}{suffixes[0]}); it contains {others}.{hint}")
 
 
-def _found(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
+def image_at(root: Path, stem: str, suffixes: tuple[str, ...]) -> Path | None:
+    """The file of this name with the first of the suffixes that there is; None if there is none."""
     paths = (root / (stem + suffix) for suffix in suffixes)
     return next((path for path in paths if os.path.isfile(path) or os.path.islink(path)), None)  # a broken link is told
 

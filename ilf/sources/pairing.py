@@ -8,11 +8,9 @@ import os
 import re
 from bisect import bisect_left
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from functools import cached_property
 from typing import Generic, NamedTuple, TypeVar
-
-import numpy as np
 
 from .._runtime.formatting import counted, natural
 from ..errors import InputError
@@ -21,53 +19,6 @@ from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, USUAL_DEPTH_SUFFIXES
 T = TypeVar("T")
 
 MAX_TIME_GAP_S = 0.02
-
-
-def associated(
-    colours: list[tuple[float, str]], depths: list[tuple[float, str]], max_gap: float = MAX_TIME_GAP_S
-) -> list[tuple[str, str]]:
-    """Match colour and depth files nearest in time, each used once, in the order of time.
-
-    Parameters
-    ----------
-    colours, depths : list of (float, str)
-        Times [s] and names.
-    max_gap : float
-        Maximum time difference of a pair [s].
-
-    Examples
-    --------
-    >>> associated([(0.00, "a.png"), (0.03, "b.png")], [(0.01, "a-d.png"), (0.06, "c-d.png")])
-    [('a.png', 'a-d.png')]
-    """
-    colours, depths = sorted(colours), sorted(depths)
-    pairs = _nearest([time for time, _ in colours], [time for time, _ in depths], max_gap)
-    return [(colours[row][1], depths[column][1]) for row, column in sorted(pairs)]
-
-
-def gap_text(colours: Sequence[tuple[float, str]], depths: Sequence[tuple[float, str]], max_gap: float) -> str:
-    """Why colour and depth do not match by time, as the rest of a sentence and what to do.
-
-    Parameters
-    ----------
-    colours, depths : sequence of (float, str)
-        Times [s] and names, as for `associated`.
-    max_gap : float
-        Maximum time difference of a pair [s].
-
-    Examples
-    --------
-    >>> gap_text([(0.0, "a.png"), (0.1, "b.png")], [(0.03, "a-d.png")], 0.02)
-    'no colour lies within 0.02 s of depth: the smallest difference is 0.03 s. Allow ...'
-    """
-    if not (colours and depths):
-        return f"there are {len(colours)} colour images and {len(depths)} depth images."
-    one, other = (np.unique([time for time, _ in images]) for images in (colours, depths))
-    place = np.searchsorted(other, one)
-    gaps = [np.abs(other[np.clip(place + step, 0, len(other) - 1)] - one) for step in (-1, 0)]
-    smallest = float(np.min(gaps))
-    told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s"
-    return f"{told}. Allow more (--max-gap) if they fit, or correct the times if two clocks differ."
 
 
 def left_out(colours: int, depths: int, condition: str) -> list[str]:
@@ -80,7 +31,7 @@ def left_out(colours: int, depths: int, condition: str) -> list[str]:
     ]
 
 
-def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tuple[int, int]]:
+def _nearest(rows: list[float], columns: list[float]) -> list[tuple[int, int]]:
     """Greedily pair the nearest times of two sorted lists, then the nearest of the rest, and so on.
 
     Every row waits with its nearest free column; one whose column was taken meanwhile waits again.
@@ -96,7 +47,7 @@ def _nearest(rows: list[float], columns: list[float], max_gap: float) -> list[tu
         near = [
             (abs(there - time), row, column) for there, column in (*free[before : before + 1], *free[after : after + 1])
         ]
-        if near and min(near)[0] <= max_gap:
+        if near:
             heapq.heappush(waiting, min(near))
 
     for row in range(len(rows)):
@@ -138,8 +89,12 @@ class TimedPairs(Generic[T]):
     def _nearest(self) -> dict[str, tuple[float, str]]:
         """Key -> time [s] from the colour to its depth, and the name of that, in the order of time. A limit of the time
         leaves some out, and changes no other."""
-        pairs = associated(*self._timed(), math.inf)
-        return {colour: (abs(self._colours[colour][0] - self._depths[depth][0]), depth) for colour, depth in pairs}
+        colours, depths = (
+            sorted((time, name) for name, (time, _) in images.items()) for images in (self._colours, self._depths)
+        )
+        pairs = _nearest([time for time, _ in colours], [time for time, _ in depths])
+        both = ((*colours[row], *depths[column]) for row, column in sorted(pairs))
+        return {colour: (abs(time - other), depth) for time, colour, other, depth in both}
 
     def paired(self, max_gap: float) -> dict[str, tuple[T, T]]:
         """Key -> colour and depth whose times differ by at most `max_gap` [s], in the order of time."""
@@ -155,14 +110,23 @@ class TimedPairs(Generic[T]):
         none."""
         names = tuple(self.paired(max_gap))
         if not names:
-            raise InputError(f"{where}: {gap_text(*self._timed(), max_gap)}")
+            raise InputError(f"{where}: {self.gap_text(max_gap)}")
         left = len(self._colours) - len(names), len(self._depths) - len(names)
         return names, tuple(self._colours[name][0] for name in names), tuple(left_out(*left, f"within {max_gap:g} s"))
 
-    def _timed(self) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
-        """Times [s] and names of colours and depths."""
-        colours, depths = ([(time, name) for name, (time, _) in some.items()] for some in (self._colours, self._depths))
-        return colours, depths
+    def gap_text(self, max_gap: float) -> str:
+        """Why no times are that near [s], as the rest of a sentence and what to do.
+
+        Examples
+        --------
+        >>> TimedPairs({"a.png": (0.0, 1), "b.png": (0.1, 2)}, {"a-d.png": (0.03, 3)}).gap_text(0.02)
+        'no colour lies within 0.02 s of depth: the smallest difference is 0.03 s. Allow ...'
+        """
+        if not (self._colours and self._depths):
+            return f"there are {len(self._colours)} colour images and {len(self._depths)} depth images."
+        smallest = min(apart for apart, _ in self._nearest.values())
+        told = f"no colour lies within {max_gap:g} s of depth: the smallest difference is {smallest:.4g} s"
+        return f"{told}. Allow more (--max-gap) if they fit, or correct the times if two clocks differ."
 
 
 def stamped(stamps: Iterable[int], per_second: int) -> dict[str, tuple[float, int]]:
@@ -336,13 +300,13 @@ def paired_by_time(colours: Iterable[str], depths: Iterable[str], max_gap: float
         Maximum time difference of a pair [s].
     """
     images, depth_names = _colour_files(colours), depth_files(depths)
-    pairs = associated(_timed(images), _timed(depth_names), max_gap)
+    pairs = [*TimedPairs(_timed(images), _timed(depth_names)).paired(max_gap).values()]
     return Pairs(pairs, len(images) - len(pairs), len(depth_names) - len(pairs))
 
 
-def _timed(names: Iterable[str]) -> list[tuple[float, str]]:
-    """Times and names of the files whose names are times."""
-    return [(time, name) for name in names if (time := time_of(name)) is not None]
+def _timed(names: Iterable[str]) -> dict[str, tuple[float, str]]:
+    """The files whose names are times, for `TimedPairs`."""
+    return {name: (time, name) for name in names if (time := time_of(name)) is not None}
 
 
 def _colour_files(names: Iterable[str]) -> list[str]:
@@ -366,7 +330,7 @@ def why_unpaired(colours: Collection[str], depths: Collection[str], max_gap: flo
     if shared := paired(colours, depths).shared:
         return f"{shared_text(shared)}."
     if (timed := _timed(images)) and (timed_depths := _timed(usable)):
-        return gap_text(timed, timed_depths, max_gap)
+        return TimedPairs(timed, timed_depths).gap_text(max_gap)
     return f"no colour file has the name or number of a depth file: there are {min(images)} and {min(usable)}."
 
 

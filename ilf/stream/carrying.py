@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.frame import RGBDFrame
-from ..segmentation.propagation.motion import flow_between, padded_for_flow
+from ..segmentation.propagation.motion import flow_between
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -66,9 +66,7 @@ class Offsets:
     @classmethod
     def between(cls, current: NDArray[np.uint8], earlier: NDArray[np.uint8], shape: tuple[int, int]) -> Offsets | None:
         """By optical flow of two frames' reduced brightness; None if the two show different scenes."""
-        flow, agrees = flow_between(*map(padded_for_flow, (current, earlier)))
-        height, width = current.shape
-        found = cls(flow[:height, :width], agrees[:height, :width], shape)
+        found = cls(*flow_between(current, earlier), shape)
         moved = cv2.remap(earlier, *found._positions, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         change = current.astype(np.float32) - moved
         seen = found.seen & found._inside() & (np.abs(change - np.median(change)) <= _ALIKE)

@@ -81,7 +81,7 @@ def readout(window, pixel) -> str:
     """Return what is said of the pixel under the pointer."""
     status = window.feature(StatusFeature)
     window.refresh.now()
-    status.point_at(pixel)
+    window.views.navigation.point_at(pixel)
     return status.bar.readout.text()
 
 

@@ -97,7 +97,7 @@ def test_points_and_pixels_are_linked(opened, qtbot):
     assert opened.views.isVisible()
     assert opened.feature(CloudPanel).view.isVisible()
     shown(opened, qtbot)
-    opened.views.point_at((10, 40))
+    opened.views.navigation.point_at((10, 40))
     assert canvas._marked == (10, 40)
     wanted = (50, 20)
     QTest.mouseMove(canvas, place_of(opened, wanted))

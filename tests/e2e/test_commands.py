@@ -42,7 +42,7 @@ def test_a_new_command_is_one_method(window, opened, qtbot):
         """Press its key at once after a change; what the window says."""
         opened.notes.clear()
         QTest.keyClick(view, Qt.Key.Key_J, _CTRL_ALT)
-        return " ".join(toast.message for toast in opened.notes.shown)
+        return opened.notes.message
 
     assert pressed() == "Count the blocks: Select a block first."
     document.select([1])

@@ -204,7 +204,7 @@ def test_the_range_is_dragged_typed_and_locked_over_frames(opened, run_all, qtbo
 def test_the_divider_starts_where_it_is_seen_and_a_side_that_is_to_be_worked_out_is(run_twice, qtbot):
     window, _ = run_twice
     settle(window, qtbot)
-    window.views.zoom_to(slice(0, 12), slice(0, 12))
+    window.views.transform.show(slice(0, 12), slice(0, 12))
     window.actions_["swipe"].trigger()
     sides = window.views.sides
     seen = window.views.cells["depth-out"].view.visible_box()[1]

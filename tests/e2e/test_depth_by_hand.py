@@ -35,7 +35,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert box.value() == round(float(document.frame.depth[30, 5]), 3)
     box.setValue(1.25)
     window.editor.options.brush_radius = 4.0
-    with qtbot.waitSignal(window.runs.resolved):
+    with qtbot.waitSignal(window.runs.run_ended):
         drag(window, [(4, 16), (16, 16)])
     assert not document.blocks.by_hand.pixels[document.frame.known].any(), "only where depth is missing"
     assert document.undo_stack.undoText() == "Paint depth"
@@ -47,7 +47,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     depth = document.current_depth()
     assert abs(float(depth[16, 14]) - 1.25) < 0.1
     window.refresh.now()
-    assert "by hand" in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
+    assert "by hand" in window.views.cells["depth-out"].view.striped
     assert "by hand 1.250 m" in readout(window, (14, 16))
 
     drag(window, [(11, 16), (13, 16)], SHIFT)
@@ -58,7 +58,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert document.blocks.by_hand is None
     assert document.is_up_to_date(left)
     window.refresh.now()
-    assert "by hand" not in [text for _, text in window.views.cells["depth-out"]._stripe_legend]
+    assert "by hand" not in window.views.cells["depth-out"].view.striped
 
     # a plane is seen in the images and in 3D before it is taken
     workspace.select([left])
@@ -74,7 +74,7 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
     assert document.proposal is None
     window.actions_["continue_plane"].trigger()
     qtbot.waitUntil(lambda: document.proposal is not None)
-    with qtbot.waitSignal(window.runs.resolved):
+    with qtbot.waitSignal(window.runs.run_ended):
         key(window, _Key.Key_Return)
     qtbot.waitUntil(lambda: window.runs.state is RunState.IDLE)
     assert np.array_equal(document.blocks.by_hand.pixels, document.frame.missing & (document.labels == left))

@@ -39,7 +39,7 @@ def test_one_click_fits_the_colours_to_the_selection_or_to_what_is_visible(opene
     depth = opened.workspace.current.frame.depth
     fit.trigger()
     assert views.ranges.depth == pytest.approx(np.nanpercentile(depth, (1, 99)))
-    views.zoom_to(slice(2, 8), slice(4, 12))
+    views.transform.show(slice(2, 8), slice(4, 12))
     opened.refresh.now()
     fit.trigger()
     assert np.nanmin(depth[:, :30]) <= views.ranges.depth[0] < views.ranges.depth[1] <= np.nanmax(depth[:, :30])

@@ -100,7 +100,7 @@ def test_dropping_what_is_no_frame_says_so(window, qtbot, reported, tmp_path):
     assert "meta.json" in reported[0]
     (tmp_path / "run.json").write_text("{not json")
     loaded(window, qtbot, _drop, window, tmp_path / "run.json")
-    assert "run.json" in window.notes.shown[-1].message
+    assert "run.json" in window.notes.message
     assert window.workspace.shown is None
 
 

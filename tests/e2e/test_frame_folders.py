@@ -51,16 +51,16 @@ def _present(window):
 
 def test_a_frame_that_is_shown_again_has_its_zoom(listed, qtbot):
     views = listed.views
-    views.zoom_to(slice(10, 20), slice(10, 20))
-    place = views.place
+    views.transform.show(slice(10, 20), slice(10, 20))
+    place = views.transform.place
     _go(listed, qtbot)
-    assert views.place is None, "a frame is shown whole at first"
+    assert views.transform.place is None, "a frame is shown whole at first"
     listed.actions_["previous_frame"].trigger()
     listed.refresh.now()
-    assert views.place == place
+    assert views.transform.place == place
     listed.actions_["next_frame"].trigger()
     listed.refresh.now()
-    assert views.place is None
+    assert views.transform.place is None
 
 
 def test_folder_is_worked_through_and_left_frames_come_back(listed, qtbot, folder):

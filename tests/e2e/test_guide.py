@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtWidgets import QFileDialog, QPushButton
 
 from gui.features.accuracy.ground_truth import GroundTruthDialog
-from gui.features.additional_depth import GUIDE, AdditionalDepthPanel
+from gui.features.additional_depth import BY_HAND, GUIDE, AdditionalDepthPanel
 
 from .conftest import open_frame, settle
 
@@ -82,6 +82,21 @@ def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_f
     settle(window, qtbot)
     assert section.effect.text() == ""
     assert section.message.text() == "None in this frame."
+
+
+def test_why_a_guide_changes_nothing_is_said_where_it_is_seen(opened, qtbot, tmp_path):
+    frame = opened.workspace.current.frame
+    noise = np.random.default_rng(0).random(frame.shape, dtype=np.float32)
+    opened.workspace.current.set_guide(frame.with_guide(noise).guide, "Load guide")
+    panel = opened.feature(AdditionalDepthPanel)
+    panel.reveal()
+    opened.resize(1000, 500)
+    opened.refresh.now()
+    for kind, why in ((GUIDE, "It is not used"), (BY_HAND, "without it")):
+        panel.compare(kind)
+        effect = panel._sections[kind].effect
+        qtbot.waitUntil(lambda effect=effect, why=why: why in effect.text())
+        qtbot.waitUntil(lambda effect=effect: not effect.visibleRegion().isEmpty())
 
 
 def test_files_for_a_frame_are_first_looked_for_beside_it(window, qtbot, frame_folder, monkeypatch):

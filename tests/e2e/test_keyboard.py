@@ -127,7 +127,7 @@ def test_a_stroke_is_painted_by_keys_and_given_up_by_escape(typing):
 
 def test_the_crosshair_stays_in_sight_and_gives_way_to_the_mouse(typing):
     view = typing.views.cells["colour"].view
-    typing.views.set_place(10, 10, 8 / typing.views.pixel_size)
+    typing.views.transform.look_at(10, 10, 8 * typing.views.transform.scale)
     _go(typing, 60, 40)
     rows, columns = view.visible_box()
     assert rows.start <= 40 < rows.stop

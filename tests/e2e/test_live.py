@@ -52,7 +52,7 @@ def test_a_slider_solves_the_blocks_anew_whose_values_it_sets(opened, qtbot, run
     steps = workspace.undo_group.activeStack().count()
     said: list[str] = []
     opened.runs.ended.connect(said.append)
-    with qtbot.waitSignal(opened.runs.resolved):
+    with qtbot.waitSignal(opened.runs.run_ended):
         _slider(opened, "padding").setValue(8)
     after = _results(opened)
     assert after[chosen].parameters.padding == 3.0

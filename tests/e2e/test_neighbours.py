@@ -61,7 +61,7 @@ def test_depth_of_neighbours_is_found_used_seen_undone_and_kept(window, qtbot, t
     window.refresh.now()
     np.testing.assert_array_equal(window.views.data.frame.from_neighbours, added)
     row, column = np.argwhere(added)[0]
-    window.views.cursorMoved.emit((int(column), int(row)))
+    window.views.navigation.point_at((int(column), int(row)))
     assert "from neighbours " in window.statusBar().readout.text()
     section.compare.click()
     qtbot.waitUntil(lambda: "without it, " in section.effect.text())

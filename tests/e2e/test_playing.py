@@ -116,13 +116,13 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
         assert not actions[name].isEnabled(), name
     assert why_not(actions["run"]) == "Pause playing first."
     marked = window.feature(FramesFeature).panel.model.present
-    window.views.point_at((40, 5))
+    window.views.navigation.point_at((40, 5))
     shown = feature.shown
     assert marked is workspace.entries[shown.row]
     assert status.bar.hint.text().startswith(f"{marked.name} ({shown.row + 1} of {COUNT}): ")
     assert "frames a second" in status.bar.hint.text()
     assert "x 40, y 5  |  in " in status.bar.readout.text()
-    window.views.set_place(30.0, 20.0, 9.0)
+    window.views.transform.look_at(30.0, 20.0, 9.0)
     view = window.views.cells["depth-in"].view
     QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=view.viewport().rect().center())
     assert not feature.playing
@@ -131,7 +131,7 @@ def test_nothing_can_be_edited_while_frames_play_and_a_press_opens_the_frame_sho
     assert workspace.current.id == workspace.entries[row].id
     assert workspace.current.undo_stack.count() == 0
     assert actions["run"].isEnabled()
-    assert window.views.place == pytest.approx((30.0, 20.0, 9.0))
+    assert window.views.transform.place == pytest.approx((30.0, 20.0, 9.0))
 
 
 def test_going_to_another_frame_ends_playing_and_what_cannot_be_read_is_left_out(listed, qtbot, tmp_path):
@@ -238,7 +238,7 @@ def test_flicker_of_the_current_frame_is_against_the_one_before_it(listed, qtbot
     low, high = cell.bar.levels
     assert -high == low
     assert high < 50
-    views.point_at((40, 5))
+    views.navigation.point_at((40, 5))
     window.refresh.now()
     assert "flicker out" in window.feature(StatusFeature).bar.readout.text()
     assert cell.bar.value == cell.view.value_at(40, 5)

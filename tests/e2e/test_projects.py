@@ -75,10 +75,10 @@ def work_on(window, qtbot, run_all) -> Document:
 
 def test_all_work_comes_back_in_another_window(opened, another, qtbot, run_all, tmp_path):
     document = work_on(opened, qtbot, run_all)
-    opened.views.zoom_to(slice(10, 20), slice(10, 30))
+    opened.views.transform.show(slice(10, 20), slice(10, 30))
     opened.views.sheet.set_layout("grid-difference")
     opened.views.set_content("depth-in", "ground_truth")
-    assert opened.views.place is not None
+    assert opened.views.transform.place is not None
     path = tmp_path / "room.ilf"
     assert (opened.isWindowModified(), document.unsaved_summary()) == (True, "5 edits, 1 run")
     save(opened, qtbot, path)
@@ -94,7 +94,7 @@ def test_all_work_comes_back_in_another_window(opened, another, qtbot, run_all, 
     assert (again.unsaved, window.project.present.unsaved, again.undo_stack.count()) == (False, False, 0)
     assert window.views.sheet.layout_name == "grid-difference"
     assert window.views.contents()["depth-in"] == "ground_truth"
-    assert window.views.place is None, "the whole frame"
+    assert window.views.transform.place is None, "the whole frame"
     assert all(again.records_of(label) for label in again.valid_results()), "results have their curves"
 
     window.workspace.current.edit_info(2, "Rename", name="Floor")

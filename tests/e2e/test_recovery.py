@@ -186,6 +186,18 @@ def test_a_frame_that_cannot_be_read_is_named_and_stays_in_its_folder(left, qtbo
     qtbot.waitUntil(lambda: damaged in _frame_parts(hall))
 
 
+def test_nothing_is_called_restored_if_the_only_frame_cannot_be_read(left, qtbot, request):
+    attic = next(path for path in left.glob("*.work") if len(_frame_parts(path)) == 1)
+    damaged = _frame_parts(attic)
+    with contextlib.closing(WorkFolder(attic)) as work:
+        work.commit({damaged[0]: b"{"})
+    window: MainWindow = request.getfixturevalue("window")
+    told: list[str] = []
+    window.notes.show_message = told.append
+    _restore(window, qtbot, "frame-attic")
+    assert not [text for text in told if "save it" in text]
+
+
 def _frame_parts(path: Path) -> list[str]:
     """The names of the frames' parts of an autosave, or of none if it cannot be read."""
     with contextlib.suppress(InputError), contextlib.closing(WorkFolder(path)) as work:

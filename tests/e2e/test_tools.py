@@ -193,11 +193,11 @@ def test_slivers_are_said_unless_they_were_there_before_and_cleaned_up_by_what_i
     editing.editor.set_option("brush_radius", 1.0)
     click(editing, (10, 24))
     assert editing.notes.message == "1 sliver left."
-    QTest.mouseClick(editing.notes.shown[-1].commands[0], Qt.MouseButton.LeftButton)
+    QTest.mouseClick(editing.notes.toast.commands[0], Qt.MouseButton.LeftButton)
     assert document.undo_stack.undoText() == "Clean up"
     assert document.labels[24, 10] == document.labels[5, 5]
     assert "1 sliver" in editing.notes.message
-    assert [toast for toast in editing.notes.shown if toast.commands] == [], "what was offered is done"
+    assert not editing.notes.toast.commands, "what was offered is done"
 
     editing.notes.clear()
     labels = document.labels.copy()

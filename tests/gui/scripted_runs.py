@@ -12,7 +12,7 @@ from PySide6.QtCore import QTimer
 
 from gui.state.document import Document
 from gui.state.workspace import Workspace
-from gui.work.frame_runs import RunController, RunState
+from gui.work.frame_runs import RunController, RunState, Work
 from ilf import RGBDFrame
 from ilf.data.blocks import Block, find_blocks
 from ilf.data.results import NO_BLOCK, BlockOutcome, BlockResult, IterationRecord, Status, Step
@@ -121,13 +121,13 @@ class Bench:
         self.workspace.tell()
         self.runs = RunController(self.workspace)
         self.said: list[str] = []
-        self.resolved: list[str] = []
+        self.resolved: list[Work] = []
         self.failed: list[Exception] = []
         self.finished: list[Document] = []
         self.states: list[RunState] = []
         runs = self.runs
         runs.ended.connect(self.said.append)
-        runs.resolved.connect(self.resolved.append)
+        runs.run_ended.connect(lambda work: self.resolved.extend([work] if work.resolves and work.done else []))
         runs.failed.connect(self.failed.append)
         runs.finished.connect(self.finished.append)
         runs.state_changed.connect(lambda: self.states.append(runs.state))

@@ -20,7 +20,7 @@ from ilf.run.options import ExportOptions
 from ilf.run.writing import write
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.listing import list_frames
-from ilf.sources.pairing import associated
+from ilf.sources.pairing import TimedPairs
 
 from ..bench.fuzz.formats import FORMATS
 from ..bench.fuzz.worker import case, outcome
@@ -122,15 +122,16 @@ def test_the_nearest_in_time_belong_together_at_any_gap(colours, depths, gap):
         if apart <= gap and i not in found and k not in used:
             found[i] = k
             used.add(k)
-    assert associated(one, other, gap) == [(one[i][1], other[k][1]) for i, k in sorted(found.items())]
+    timed = ({name: (time, name) for time, name in images} for images in (one, other))
+    assert [*TimedPairs(*timed).paired(gap).values()] == [(one[i][1], other[k][1]) for i, k in sorted(found.items())]
 
 
 def test_many_images_of_two_clocks_are_paired_without_looking_at_each_with_each():
     count = 60_000
-    colours = [(float(number), f"c{number}") for number in range(count)]
+    colours = {f"c{number}": (float(number), number) for number in range(count)}
     for offset in (0.5, 2.0 * count):
-        depths = [(time + offset, f"d{number}") for number, (time, _) in enumerate(colours)]
-        assert len(associated(colours, depths, np.inf)) == count
+        depths = {f"d{number}": (time + offset, number) for time, number in colours.values()}
+        assert len(TimedPairs(colours, depths).paired(np.inf)) == count
 
 
 def test_a_thumbnail_takes_no_more_memory_than_the_image(tmp_path):

@@ -140,7 +140,7 @@ class AccuracyPanel(Panel):
 
     # ground truth
 
-    @command("load_ground_truth", "Load ground &truth…", icon="ph.check-circle", needs=Need.FRAME)
+    @command("load_ground_truth", "Load gro&und truth…", icon="ph.check-circle", needs=Need.FRAME)
     def _ask_ground_truth(self) -> None:
         """Load the true depth of the frame, to evaluate results against it."""
         document = self.workspace.current

@@ -110,12 +110,12 @@ class BlockCommands(Feature):
         """Grow the selected blocks."""
         self._change("Grow", grow)
 
-    @command("shrink_blocks", "S&hrink", icon="ph.arrows-in-simple", keys="Ctrl+-", needs=Need.UNLOCKED)
+    @command("shrink_blocks", "Shrin&k", icon="ph.arrows-in-simple", keys="Ctrl+-", needs=Need.UNLOCKED)
     def shrink(self) -> None:
         """Shrink the selected blocks."""
         self._change("Shrink", shrink)
 
-    @command("smooth_blocks", "S&mooth", icon="ph.waves", keys="Ctrl+Alt+S", needs=Need.UNLOCKED)
+    @command("smooth_blocks", "&Smooth", icon="ph.waves", keys="Ctrl+Alt+S", needs=Need.UNLOCKED)
     def smooth(self) -> None:
         """Smooth the outlines of the selected blocks."""
         self._change("Smooth", smooth)

@@ -237,8 +237,8 @@ class BlockTable(RowTable):
             document.set_lock(label, not info.locked)
         else:
             colour = QColorDialog.getColor(QColor(*info.colour), self, f"Colour of {info.name}")
-            if colour.isValid():
-                rgb = colour.red(), colour.green(), colour.blue()
+            rgb = colour.red(), colour.green(), colour.blue()
+            if colour.isValid() and rgb != tuple(info.colour):
                 document.edit_info(label, "Recolour block", colour=rgb)
         return True
 

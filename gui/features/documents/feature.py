@@ -67,7 +67,7 @@ class DocumentsFeature(Feature):
         """Open a pair of images, a folder or data set, a recording, a project or a run."""
         self._open_dialog()
 
-    @command("open_sample", "Open &sample", icon="ph.house", keys="Ctrl+Shift+O")
+    @command("open_sample", "Open sa&mple", icon="ph.house", keys="Ctrl+Shift+O")
     def open_sample(self) -> None:
         """Open the bundled sample frame, a synthetic room."""
         try:
@@ -121,7 +121,7 @@ class DocumentsFeature(Feature):
 
     # blocks
 
-    @command("load_blocks", "Load &blocks…", icon="ph.squares-four", needs=Need.FRAME | Need.IDLE)
+    @command("load_blocks", "Load bloc&ks…", icon="ph.squares-four", needs=Need.FRAME | Need.IDLE)
     def ask_load_blocks(self) -> None:
         """Replace the blocks with those from a label map, a labelme or COCO file, or a folder of masks."""
         from .load_blocks import LoadBlocksDialog
@@ -215,7 +215,7 @@ class DocumentsFeature(Feature):
         """Save a picture of the views as PNG, without crosshair and focus; return False, with a message, if the file
         cannot be written."""
         focused = QApplication.focusWidget()
-        self.views.point_at(None)
+        self.views.navigation.point_at(None)
         if focused is not None:
             focused.clearFocus()
         self.context.feature(CloudPanel).view.canvas.drawing.finish()

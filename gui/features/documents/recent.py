@@ -85,7 +85,7 @@ class RecentMenu(QMenu):
     """
 
     def __init__(self, persistent: bool, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
-        super().__init__("Open re&cent", window)
+        super().__init__("Open recen&t", window)
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self._fill)
         self._persistent = persistent

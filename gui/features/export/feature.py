@@ -343,7 +343,7 @@ class ExportFeature(Panel):
     def begin_export(self, export: Export) -> Steps[None]:
         """Start an export, and remember its files; ask first if it would replace files."""
         if replaced := self._replaced(export):
-            text = f"{export.folder} has files of an earlier export. Replace them?"
+            text = f"{export.folder} has files of an earlier export. Replace those of frames that have changed since?"
             if not (
                 yield partial(ask, self.widget, "Replace files?", text, f"{some(replaced)}.", [("&Replace", DESTROY)])
             ):

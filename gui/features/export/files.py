@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 from PySide6.QtCore import QSettings, Signal
@@ -11,7 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QHBoxLayout, QV
 from ilf.data.declarations import Declaration
 from ilf.data.frame import FrameInputs
 from ilf.data.results import Completion
-from ilf.errors import ParameterError
+from ilf.errors import ParameterError, told_as
 from ilf.io.depth import png_losses, precision_loss
 from ilf.run.formats import FORMATS
 from ilf.run.options import DEPTH, SPACE, ExportOptions
@@ -60,7 +61,7 @@ class OptionField:
         if kind is str:
             name = declaration.help.partition(".")[0] if self.boxes else declaration.label
             self.choice = combo(choices, declaration.help, name)
-        elif kind is float:
+        elif kind in (int, float):
             self.choice = typed_list()
             self.choice.setToolTip(declaration.help)
             self.choice.setAccessibleName(declaration.label)
@@ -69,7 +70,7 @@ class OptionField:
         """Show a value, of a list without others."""
         for name, box in self.boxes.items():
             box.setChecked(name in value if self.declaration.kind is tuple else bool(value))
-        if self.choice is not None and self.declaration.kind is float:
+        if self.choice is not None and self.declaration.kind in (int, float):
             texts = map(self.choice.itemText, range(self.choice.count()))
             number = f"{value:.12g}"
             self.choice.setCurrentText(next((text for text in texts if text.split()[0] == number), number))
@@ -77,19 +78,17 @@ class OptionField:
             self.choice.setCurrentIndex(max(self.choice.findData(value), 0))
 
     def value(self, possible: bool) -> Any:
-        """Return the value; if it must be `possible`, without boxes that are off. ParameterError if it is no number."""
+        """Return the value; if it must be `possible`, without boxes that are off. ParameterError if it is refused."""
         on = [name for name, box in self.boxes.items() if box.isChecked() and (box.isEnabled() or not possible)]
         if self.declaration.kind is tuple:
             return tuple(on)
         if self.choice is None:
             return bool(on)
-        if self.declaration.kind is float:
-            text = self.choice.currentText().strip()
-            try:
-                return self.declaration.checked(float(text.partition(" ")[0]))
-            except ValueError as error:
-                label, usual = self.declaration.label, self.declaration.default
-                raise ParameterError(f"{label} must be a number such as {usual:g}, not {text!r}.") from error
+        if self.declaration.kind in (int, float):
+            label, text = self.declaration.label, self.choice.currentText().strip()
+            with told_as(ParameterError, f"{label} must be a number, not {text!r}.", ValueError):
+                number = float(text.partition(" ")[0])
+            return replace(self.declaration, name=label).checked(number)
         return self.choice.currentData() if on or not self.boxes else None
 
     def enable(self, on: bool) -> None:
@@ -114,7 +113,6 @@ class FilesForm(QWidget):
         super().__init__()
         self._run: Run | None = None
         self._completion: Completion | None = None
-        self._usual_units = ExportOptions().depth_units
         self.fields = {name: OptionField(one) for name, one in ExportOptions.declarations().items()}
         units = self.fields["depth_units"].choice
         assert units is not None
@@ -122,6 +120,7 @@ class FilesForm(QWidget):
         self.png_units.addItems(_PNG_UNITS)
         self.png_note, self.cloud_note = Message(lines=2), Message()
         self.cloud_note.show_message(_NO_INTRINSICS, "warning")
+        self.restore(None)
         self._lay_out()
         for field in self.fields.values():
             for box in field.boxes.values():

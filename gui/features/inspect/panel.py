@@ -69,8 +69,6 @@ class InspectPanel(Panel):
     what = "computation of statistics"
 
     def __init__(self, context: Context) -> None:
-        self._pixel: tuple[int, int] | None = None
-        """The pixel under the mouse in a view."""
         self._place: Point | None = None
         """The place of the marked sample of the profile, in image coordinates."""
         self._deleted: WeakKeyDictionary[Document, tuple[Line, ...]] = WeakKeyDictionary()
@@ -90,7 +88,7 @@ class InspectPanel(Panel):
         self.pages.setMinimumSize(240, 120)
         self.pages.currentChanged.connect(lambda _: self.redraw())
         self.context.feature(ErrorFeature).watch(self.profile.plot.isVisible)
-        self.views.cursorMoved.connect(self._hover)
+        self.views.cursorMoved.connect(lambda _: self._hover())
         self.context.refresh.add("profile place", self._follow, NO_PART)
         return self.pages
 
@@ -192,13 +190,12 @@ class InspectPanel(Panel):
             self.profile.show_data(data)
             if data.error is None:
                 self.context.refresh.mark("error")
-        if self._pixel is None:
+        if self.views.navigation.pixel is None:
             self._point(self.profile.sample)
         else:
             self._follow()
 
-    def _hover(self, pixel: tuple[int, int] | None) -> None:
-        self._pixel = pixel
+    def _hover(self) -> None:
         if self.profile.plot.isVisible():
             self.context.refresh.mark("profile place")
 
@@ -208,9 +205,9 @@ class InspectPanel(Panel):
         if line is None or data is None:
             return
         sample = None
-        if self._pixel is not None:
-            at = self._pixel[0] + 0.5, self._pixel[1] + 0.5
-            if off_line(at, *line) <= REACH * self.views.pixel_size:
+        if (pixel := self.views.navigation.pixel) is not None:
+            at = pixel[0] + 0.5, pixel[1] + 0.5
+            if off_line(at, *line) <= REACH / self.views.transform.scale:
                 sample = min(max(round(share_along(at, *line) * (len(data.profile) - 1)), 0), len(data.profile) - 1)
         self.profile.point_at(sample)
         self._point(sample)

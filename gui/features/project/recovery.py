@@ -46,7 +46,6 @@ def ask_what_to_do(context: Context, left: RecoverableWork) -> Steps[None]:
             if (yield from project.left(f"{name} is restored")):
                 yield from project.opening.begin()
                 if (yield from _restored(context, left)):
-                    context.notes.show_message(f"{name} restored: save it to keep it.")
                     return
         elif answer:
             text = f"The unsaved work on {name} is deleted permanently."
@@ -106,6 +105,8 @@ def _restored(context: Context, left: RecoverableWork) -> Steps[bool]:
             context.workspace.note_problem(entry, problem)
             told.append(f"{entry.name}: {problem} It stays in {left.path}, which is offered again.")
     context.notes.warn("Restored with errors", told)
+    if unsaved or not left_aside:
+        context.notes.show_message(f"{name} restored: save it to keep it.")
     with contextlib.suppress(Exception):  # such as a frame that cannot be stored: then not all is written
         yield recorder.flush
     if recorder.store.is_written and not left_aside:

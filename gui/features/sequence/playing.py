@@ -410,7 +410,7 @@ class PlayFeature(Feature):
         self._live = None
         if self.workspace.shown is not None:
             return
-        self._opening, self._place = True, self.views.place
+        self._opening, self._place = True, self.views.transform.place
         if self.shown is not None:
             self._open(self.shown)
         self.context.refresh.mark("played")
@@ -454,7 +454,7 @@ class PlayFeature(Feature):
             self._on.setChecked(False)
         elif place is not None and workspace.shown is not None:
             self._place = None
-            self.views.set_place(*place)
+            self.views.transform.look_at(*place)
         elif self._opening and workspace.shown is None and not (self.context.loader.busy or self._saver.busy):
             self.shown, self._opening = None, False
             self._frames.show_played(None)

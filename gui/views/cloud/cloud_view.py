@@ -104,7 +104,7 @@ class CloudView(Themed, QWidget):
         self.setFocusProxy(self.canvas)
         self.strip = TitleStrip()
         self.strip.setToolTip("Click the title to select what colours the points")
-        self.strip.menuRequested.connect(lambda place: self._colours.popup(place))
+        self.strip.menuRequested.connect(lambda: self._colours.popup(self.strip.menu_position()))
         self.clip = DepthClip()
         self.clip.hide()
         self.clip.changed.connect(self.canvas.set_depths)

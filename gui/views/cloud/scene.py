@@ -113,7 +113,7 @@ class Scene:
         """The same for the colours."""
         marks = [(id(mask), colour, text) for mask, colour, text in self.marks]
         texts = self.unit, self.title, self.note, self.lacking
-        return [*map(id, self.layer.parts), *self.layer.look, *texts, self.plain, marks]
+        return [*map(id, self.layer.arrays), *self.layer.look, *texts, self.plain, marks]
 
     def __len__(self) -> int:
         return len(self.points)
@@ -157,7 +157,7 @@ def compose(asked: Scene, before: Scene | None = None) -> Scene:
     if layer.picture is not None:
         colours = layer.picture().reshape(-1, 3)[pixels]
     else:
-        indices, table = layer.indices(*(part.reshape(-1)[pixels] for part in layer.parts)), layer.table[:, :3].copy()
+        indices, table = layer.indices(*(one.reshape(-1)[pixels] for one in layer.arrays)), layer.table[:, :3].copy()
         table[0] = _rgb(asked.plain)
         colours = table[indices]
         if not indices.all():

@@ -19,7 +19,7 @@ from ...data.frame_cache import FrameCache, once_per_frame
 from ...data.results import Completion
 from ...errors import ParameterError, check_kind
 from ...segmentation.edges.frame_edges import find_edges
-from ..block import is_guided, required_known_pixels
+from ..block import required_known_pixels
 from ..completion import guide_hold_out
 from ..edge_aware.view import beyond_sensor_range
 from ..suspects import suspect_islands, without_suspects
@@ -312,8 +312,8 @@ def _error(frame: RGBDFrame, depth: NDArray[np.floating], model: NDArray[np.uint
 
 def _guide_factor(frame: RGBDFrame, depth: Array) -> Array:
     """Factor on the expected error of pixels of this depth [m] by a guide that is followed there, at most 1."""
-    test = guide_hold_out(frame) if is_guided(frame) else None
-    if test is None or not test.followed:
+    test = guide_hold_out(frame)
+    if not (test.compared and test.followed):
         return np.ones_like(depth)
     factor = float((test.with_guide / test.without) ** _GUIDE_EXPONENT)
     return np.float32(1) - test.ranges.share(depth) * np.float32(1 - factor)

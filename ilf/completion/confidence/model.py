@@ -14,7 +14,7 @@ from ...data.arrays import check_shape
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.parameters import BlockParameters, Parameters
-from ...data.pixel_grids import nearest_values, sums_of_four
+from ...data.pixel_grids import nearest_values, padded, sums_of_four
 from ...errors import InstallationError
 from ...segmentation.edges.frame_edges import FrameEdges, edge_parameters, find_edges
 from ..banded import solve_linked
@@ -121,22 +121,17 @@ def walk(depth: Array, edges: Array) -> Walks:
 
 def _sums(values: NDArray, cell: int) -> Array:
     """Sums over cells, float32 (rows of cells, columns of cells)."""
-    return _means(_padded(values, cell, cv2.BORDER_CONSTANT), cell, cell) * np.float32(cell * cell)
+    return _means(padded(values, cell), cell, cell) * np.float32(cell * cell)
 
 
 def _links(hard: Array, cell: int) -> Array:
     """Conductance from a cell's centre to the next along x: parallel paths, each as resistive as its pixels."""
-    whole = _padded(hard, cell, cv2.BORDER_REPLICATE)
+    whole = padded(hard, cell, "edge")
     after = cell // 2 + 1
     between = whole[:, after : whole.shape[1] - cell + after]
     if not between.size:
         return np.empty((whole.shape[0] // cell, 0), np.float32)
     return _means(1 / _means(between, cell, 1), 1, cell)
-
-
-def _padded(values: NDArray, cell: int, border: int) -> NDArray:
-    below, right = (-size % cell for size in values.shape)
-    return cv2.copyMakeBorder(values, 0, below, 0, right, border) if below or right else values
 
 
 def _means(values: NDArray, width: int, height: int) -> Array:

@@ -179,11 +179,6 @@ class FittedGuide:
             return "not used: it does not reduce the error of a hold-out of known depth"
         return f"followed to {belief:.0%} on average, by a hold-out of known depth"
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes for the user."""
-        return () if self.belief > 0 else (f"The guide is {self.to_text()}.",)
-
     def suffices_for(self, block: Block) -> bool:
         """Whether it can replace the known depth that a block lacks."""
         return float(self.shares(block, block.box)[block.mask].min()) >= _SUFFICIENT

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.guide import Gives
+from ...data.pixel_grids import cells_of
 from .shape import noise_of
 from .smoothness import SmoothnessEnergy, make_weights
 
@@ -246,9 +247,7 @@ def smoothest_surface(counts: Array, totals: Array, slope: float, bending: float
 
 def sums_of_cells(values: Array, cell: int) -> Array:
     """Sums over cells of cell x cell pixels."""
-    padded = np.pad(values, [(0, -size % cell) for size in values.shape])
-    shaped = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell)
-    return shaped.sum(axis=(1, 3), dtype=np.float32)
+    return cells_of(values, cell).sum(axis=(1, 3), dtype=np.float32)
 
 
 # Removal of a guide's noise and blur before the fit.

@@ -77,12 +77,7 @@ class Denoising:
         Standard deviation of its noise [m].
     grain : float
         See `Noise`.
-    bending : float
-        Bending weight that the rounds multiply.
-    smoothness : float
-        Factor on all weights.
-    weakens_at_jumps : bool
-        Whether links are weakened at jumps.
+    parameters : Parameters
     explained : bool
         Whether the trend explains all of the known depth up to its noise.
     """
@@ -91,9 +86,7 @@ class Denoising:
     samples: Array
     deviation: Array
     grain: float
-    bending: float
-    smoothness: float
-    weakens_at_jumps: bool
+    parameters: Parameters
     explained: bool
 
     @classmethod
@@ -114,9 +107,7 @@ class Denoising:
             samples=np.where(known, depth - trend, np.float32(0)),
             deviation=deviation if weights is None else np.asarray(deviation / np.sqrt(weights), np.float32),
             grain=noise.grain,
-            bending=parameters.bending_weight,
-            smoothness=parameters.smoothness,
-            weakens_at_jumps=parameters.jump_share > 0,
+            parameters=parameters,
             explained=explained,
         )
 
@@ -138,8 +129,8 @@ class Denoising:
         for times, steps in _DENOISING_ROUNDS:
             stiff = weights.bent(np.float32(times * self.grain))
             scale = None
-            if self.weakens_at_jumps:  # at larger differences if more smoothness is requested than noise requires
-                scale = np.float32(_EXPLAINED * self.smoothness) * self._bent_by_noise(before)
+            if self.parameters.jump_share:  # at larger differences if more smoothness is requested than noise requires
+                scale = np.float32(_EXPLAINED * self.parameters.smoothness) * self._bent_by_noise(before)
             yield partial(self._energy, counts, totals, stiff, scale), steps
             before = times
 
@@ -176,7 +167,7 @@ class Denoising:
         """
         power = self.deviation * np.float32(math.sqrt(self.grain))
         # the requested smoothness does not change what counts as a jump
-        stiffness = np.float32(max(self.bending * times * self.grain, 1e-6))
+        stiffness = np.float32(max(self.parameters.bending_weight * times * self.grain, 1e-6))
         return power * (stiffness**-0.75 / 4)
 
 
@@ -361,7 +352,7 @@ class EdgeAwareIteration(Stepper):
         self._sigma = math.inf
         self._steps = self._run()
         self.network = edges.network
-        self.notes = edges.notes if guide is None else (*edges.notes, *guide.notes)
+        self.notes = edges.notes
         if found is not None and not parameters.noise:
             self.notes += (found.note,)
         if view.beyond is not None:

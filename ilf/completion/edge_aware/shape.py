@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..._runtime.compiling import compiled
 from ...data.frame import FARTHEST_DEPTH
+from ...data.pixel_grids import cells_of, strips
 from ..banded import empty_band, solve_band
 from .noise import Noise
 
@@ -50,7 +51,7 @@ _MIXED = 30
 """Weight of mixed third differences, relative to the others: a profile continues unchanged across a wide hole."""
 
 _AT_ONCE = 1 << 18
-"""Number of pixels processed at a time, to limit memory."""
+"""Number of pixels processed at a time, in whole cells, to limit memory."""
 
 _POWERS = tuple((a, b) for a in range(3) for b in range(3 - a))
 """Powers of y and x in the terms of a quadric."""
@@ -139,12 +140,12 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     known = mask & np.isfinite(depth)
     height, width = depth.shape
     cell = max(1, math.ceil(math.sqrt(height * width / _CELLS)))
-    strips = _strips(height, width, cell)
-    for rows in strips:
+    parts = [rows for rows, *_ in strips(height, rows=cell * max(1, _AT_ONCE // (cell * width)))]
+    for rows in parts:
         medians = _medians(np.where(known[rows], depth[rows], np.float32(np.nan)), cell)
         known[rows] &= np.abs(depth[rows] - medians) < np.maximum(_FAR_SHARE * medians, 3 * noise)
-    counts = np.concatenate([cell_sums(known[rows], cell) for rows in strips])
-    totals = np.concatenate([cell_sums(np.where(known[rows], depth[rows], 0.0), cell) for rows in strips])
+    counts = np.concatenate([cell_sums(known[rows], cell) for rows in parts])
+    totals = np.concatenate([cell_sums(np.where(known[rows], depth[rows], 0.0), cell) for rows in parts])
     held = counts > 0
     if np.count_nonzero(held) < 3 * len(_POWERS):
         return None
@@ -160,7 +161,7 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
 
     # relative to the shape, a cell's mean is valid at its centre wherever the known pixels are in the cell
     shape = partial(_shape, coefficients, inverse, (height, width), cell)
-    rests = np.concatenate([cell_sums(np.where(known[rows], depth[rows] - shape(rows), 0.0), cell) for rows in strips])
+    rests = np.concatenate([cell_sums(np.where(known[rows], depth[rows] - shape(rows), 0.0), cell) for rows in parts])
     trusted = counts.copy()
     trusted[held] = np.where(lies_on_it, weights, 0.0)
     sheet = np.zeros(counts.shape) if inverse else _sheet(trusted, rests, cell)
@@ -169,15 +170,9 @@ def trend_of(depth: NDArray[np.float32], mask: NDArray[np.bool_], noise: float) 
     low, high = float(values[lies_on_it].min()), float(values[lies_on_it].max())
     reach = _REACH * (high - low)
     surface = np.empty((height, width), np.float32)
-    for rows in strips:
+    for rows in parts:
         surface[rows] = np.clip(shape(rows) + refined[rows, :width], low - reach, high + reach)
     return Trend(surface, _spread(rests, counts, sheet, noise))
-
-
-def _strips(height: int, width: int, cell: int) -> list[slice]:
-    """Strips of whole cells, few enough rows that float64 arrays need little memory."""
-    rows = cell * max(1, _AT_ONCE // (cell * width))
-    return [slice(first, min(first + rows, height)) for first in range(0, height, rows)]
 
 
 def _best_shape(basis: Array, values: Array, weights: Array, near: Array) -> tuple[Array, Array, bool] | None:
@@ -258,8 +253,7 @@ def cell_sums(values: NDArray[Any], cell: int) -> NDArray[np.float64]:
 def _medians(values: NDArray[np.float32], cell: int) -> NDArray[np.float32]:
     """At every pixel, the (lower) median of the known depth in its cell; NaN if there is none."""
     height, width = values.shape
-    padded = np.pad(values, [(0, -size % cell) for size in values.shape], constant_values=np.nan)
-    cells = padded.reshape(padded.shape[0] // cell, cell, padded.shape[1] // cell, cell).swapaxes(1, 2)
+    cells = cells_of(values, cell, value=math.nan).swapaxes(1, 2)
     ordered = np.sort(cells.reshape(*cells.shape[:2], -1), axis=2)  # NaN last
     middle = np.maximum(np.isfinite(ordered).sum(axis=2) - 1, 0) // 2
     medians = np.take_along_axis(ordered, middle[..., None], axis=2)[..., 0]

@@ -18,7 +18,7 @@ from ...data.frame import RGBDFrame
 from ...data.frame_cache import once_per_frame
 from ...data.neighbours import WEIGHT
 from ...data.parameters import Parameters
-from ...data.pixel_grids import sides
+from ...data.pixel_grids import distance_to, sides
 from ...data.results import hold_out_mask
 from ...segmentation.edges.frame_edges import FrameEdges
 from .fitted_guide import FittedGuide, fit_guide
@@ -56,7 +56,7 @@ def edge_fade_distance(distance: Array, inside: Mask) -> Array:
     """
     if not (distance >= WIDE).any():
         return distance
-    own = np.asarray(cv2.distanceTransform((~(inside & (distance == 0))).view(np.uint8), cv2.DIST_L2, 5), np.float32)
+    own = distance_to(inside & (distance == 0))
     np.copyto(own, distance, where=~(inside & around_wide_gaps(distance)))
     return own
 
@@ -107,8 +107,7 @@ class BeyondRange:
 
 @once_per_frame
 def _missing_in_wide_gaps(frame: RGBDFrame) -> Mask:
-    distance = cv2.distanceTransform((~frame.known).view(np.uint8), cv2.DIST_L2, 5)
-    return ~frame.known & around_wide_gaps(np.asarray(distance, np.float32))
+    return ~frame.known & around_wide_gaps(distance_to(frame.known))
 
 
 @once_per_frame
@@ -148,7 +147,7 @@ def beyond_sensor_range(frame: RGBDFrame, block: Block) -> BeyondRange | None:
         part = grown(box, _BACK[1], depth.shape)
         hole, there = holes[part] == number, depth[part]
         own = inside[part] & known[part]
-        off = cv2.distanceTransform((~hole).view(np.uint8), cv2.DIST_L2, 5)
+        off = distance_to(hole)
         rim, back = there[own & (off <= _RIM)], there[own & (off > _BACK[0]) & (off <= _BACK[1])]
         if rim.size < _LEAST_RIM or back.size == 0 or known[part][(off <= _RIM) & ~hole].mean() < _DENSE:
             continue
@@ -350,7 +349,7 @@ class View:
             stated[self.mask] = by_hand.depth
             self._by_hand = stated, by_hand.weight
         unknown = np.isnan(self.depth[self.place])
-        self._distance = cv2.distanceTransform(unknown.view(np.uint8), cv2.DIST_L2, 5).astype(np.float32, copy=False)
+        self._distance = distance_to(~unknown)
         self.gap = float(self._distance[self._mask].max())
         """Largest distance [px] of the block's pixels in the window from known depth."""
         self.is_carried = False
@@ -376,14 +375,9 @@ class View:
         """The depth [m] in the box with depth by hand in its gaps."""
         return self.depth if self._by_hand is None else np.where(np.isnan(self.depth), self._by_hand[0], self.depth)
 
-    @cached_property
-    def _stated_in_block(self) -> Array:
-        """The same at the block's pixels."""
-        return self._stated[self.mask]
-
     def mean_depth(self, guide: FittedGuide | None) -> float:
         """Mean of the block's known depth and depth by hand [m]; of its guide if there is neither."""
-        known = self._stated_in_block
+        known = self._stated[self.mask]
         if guide is not None and not np.isfinite(known).any():
             known = guide.depth[self._block.box][self._block.mask]
         return float(np.nanmean(known, dtype=np.float64))
@@ -403,7 +397,7 @@ class View:
     def limits(self, trend: Array) -> tuple[float, float]:
         """Limits of the block's surface [m]: the range of its known depth, depth by hand and trend, unless most of the
         block is missing. Depth of other blocks that leaks through a gap in an edge is often beyond them."""
-        known, filled = self._stated_in_block, trend[self._mask]
+        known, filled = self._stated[self.mask], trend[self._mask]
         if np.count_nonzero(np.isfinite(known)) < WELL_KNOWN * known.size:
             return -math.inf, math.inf
         return float(min(np.nanmin(known), filled.min())), float(max(np.nanmax(known), filled.max()))
@@ -414,7 +408,7 @@ class View:
         wide = self._distance >= WIDE
         if not wide.any():
             return trend
-        away = cv2.distanceTransform((~wide).view(np.uint8), cv2.DIST_L2, 5)
+        away = distance_to(wide)
         share = guide.shares(self._block, self.window) * np.clip(2 - away / np.float32(_AROUND), 0, 1)
         return np.where(share > 0, trend + share * (guide.depth[self.window] - trend), trend)
 

@@ -15,6 +15,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from ..._runtime.long_work import check_cancelled
+from ...data.pixel_grids import strips
 
 Grid = tuple[int, int]
 Real = NDArray[np.floating]
@@ -133,8 +134,7 @@ def synthesise(grid: Grid, coefficients: Complex, height: int, width: int) -> Re
     _copy_rows(coefficients.T, tall, (rows_held - 1) // 2)
     columns = scipy.fft.ifft(tall, axis=0, overwrite_x=True)
     field = np.empty((height, width), coefficients.real.dtype)
-    for start in range(0, height, _STRIP):
-        rows = slice(start, min(start + _STRIP, height))
+    for rows, *_ in strips(height, rows=_STRIP):
         field[rows] = scipy.fft.irfft(columns[rows], n=grid[1], axis=1)[:, :width]
     return field
 

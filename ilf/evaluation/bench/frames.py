@@ -18,6 +18,7 @@ from ...data.pixel_grids import drawn_from
 from ...errors import InputError, ParameterError, warn_of_reading
 from ...io.frame_additions import is_ground_truth
 from ...io.images import read_image
+from ...sources.frame_folder import image_at
 from ...sources.naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES, META_NAME
 from ...sources.reading import load_frame
 from ..hold_out import HOLD_OUT_PATTERNS, frame_without, generator, hidden_pixels, untrusted_note
@@ -84,7 +85,7 @@ def load_bench_frame(folder: str | os.PathLike[str]) -> BenchFrame:
     """
     root = Path(folder)
     meta = read_json(root / META_NAME)
-    if _image(root, "depth", DEPTH_FILE_SUFFIXES) is None:
+    if image_at(root, "depth", DEPTH_FILE_SUFFIXES) is None:
         return _masked_ground_truth(root, meta if isinstance(meta, dict) else {"gt": ""})
     frame = load_frame(root)
     # methods use no ground truth, and runs that have one spend time on computing the error; no method gets a guide
@@ -107,7 +108,7 @@ def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
     ground_truth, hole_file = root / GROUND_TRUTH_FILE, root / HOLE_FILE
     if not (is_ground_truth(meta.get("gt")) and ground_truth.is_file() and hole_file.is_file()):
         raise InputError(f"{root} has neither raw depth nor a measured or exact {GROUND_TRUTH_FILE} and {HOLE_FILE}.")
-    colour = _image(root, "rgb", COLOUR_SUFFIXES)
+    colour = image_at(root, "rgb", COLOUR_SUFFIXES)
     if colour is None:
         raise InputError(f"{root} has no colour image (rgb.png).")
     name = str(meta.get("name") or root.name)
@@ -121,10 +122,6 @@ def _masked_ground_truth(root: Path, meta: dict[str, Any]) -> BenchFrame:
 
 def _sensor(meta: dict[str, Any], name: str) -> str:
     return str(meta.get("sensor") or meta.get("source") or name)
-
-
-def _image(root: Path, stem: str, suffixes: Iterable[str]) -> Path | None:
-    return next((root / (stem + suffix) for suffix in suffixes if (root / (stem + suffix)).is_file()), None)
 
 
 def parse_names(

@@ -17,7 +17,7 @@ from ...data.arrays import without_mask
 from ...data.frame import RGBDFrame
 from ...data.frame_cache import clear_cached, once_per_frame, once_per_image
 from ...data.parameters import BlockParameters, Parameters
-from ...data.pixel_grids import Pairs, both, filled_from_nearest, long_lines, mark, sides, strips
+from ...data.pixel_grids import Pairs, both, distance_to, filled_from_nearest, long_lines, mark, sides, strips
 from ...errors import InputError
 from .detectors import (
     Contours,
@@ -111,7 +111,7 @@ def find_relief(depth: NDArray[np.float32], jump: float, share: float) -> Relief
         return Relief(nowhere, both(nowhere), both(nowhere), nowhere, np.zeros(depth.shape, np.float32), depth)
     filled = filled_depth(depth)
     check_cancelled()
-    near = cv2.distanceTransform(np.isnan(depth).view(np.uint8), cv2.DIST_L2, 5) <= MAX_JUMP_DISTANCE
+    near = distance_to(~np.isnan(depth)) <= MAX_JUMP_DISTANCE
     jumps = both(near)
     for rows, *_ in strips(len(depth)):
         for (one, other), trusted in zip(sides(filled[rows.start : rows.stop + 1]), jumps, strict=True):

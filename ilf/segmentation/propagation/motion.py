@@ -77,14 +77,14 @@ class Sources:
     still: Mask
 
 
-def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> Sources:
+def sources_of(motion: Motion, after: RGBDFrame, still: Mask) -> Sources:
     """The source of every pixel: the one nearest in depth that moved there, unless it contradicts the depth there.
 
     Parameters
     ----------
     motion : Motion
     after : RGBDFrame
-    still : ndarray of bool, shape (H, W), optional
+    still : ndarray of bool, shape (H, W)
         Pixels whose source is their own position, regardless of the motion.
     """
     height, width = after.shape
@@ -106,8 +106,6 @@ def sources_of(motion: Motion, after: RGBDFrame, still: Mask | None = None) -> S
     pixel = np.maximum(pixel, 0)
     seen &= ~_other_surface(motion.depth.ravel()[pixel], np.where(seen, after.depth, np.float32(np.nan)))
     sure = seen & motion.sure.ravel()[pixel]
-    if still is None:
-        return Sources(pixel, seen, sure, np.zeros(after.shape, bool))
     own = np.arange(height * width).reshape(height, width)
     return Sources(np.where(still, own, pixel), seen | still, sure | still, still)
 
@@ -274,17 +272,19 @@ def consistent_flow(before: RGBDFrame, after: RGBDFrame) -> tuple[Field, Mask]:
         Offsets x, y [px].
     ndarray of bool, shape (H, W)
     """
-    flow, agrees = flow_between(_brightness(before), _brightness(after))
-    height, width = before.shape
-    return flow[:height, :width], agrees[:height, :width]
+    start, end = (cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY) for frame in (before, after))
+    return flow_between(start, end)
 
 
-def flow_between(start: NDArray[np.uint8], end: NDArray[np.uint8]) -> tuple[Field, Mask]:
-    """Optical flow from one brightness image to another of the same size, at least 24 pixels high and wide, and where
-    it is consistent with the backward flow; as `consistent_flow` returns.
+def flow_between(start: NDArray[Any], end: NDArray[Any]) -> tuple[Field, Mask]:
+    """Optical flow from one brightness image, uint8, to another of the same size, and where it is consistent with the
+    backward flow; as `consistent_flow` returns.
 
     If the motion is too large for that, flow is computed again, starting from the global shift by phase correlation.
     """
+    height, width = start.shape
+    below, right = (max(0, _SIDE - side) for side in start.shape)
+    start, end = (cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE) for grey in (start, end))
     found = _forward_backward_flow(start, end, (0.0, 0.0))
     if np.count_nonzero(found[1]) < _FAR * found[1].size:
         window = cv2.createHanningWindow(start.shape[::-1], cv2.CV_32F)
@@ -292,12 +292,10 @@ def flow_between(start: NDArray[np.uint8], end: NDArray[np.uint8]) -> tuple[Fiel
         again = _forward_backward_flow(start, end, (float(shift[0]), float(shift[1])))
         if np.count_nonzero(again[1]) > np.count_nonzero(found[1]):
             found = again
-    return found
+    return found[0][:height, :width], found[1][:height, :width]
 
 
-def _forward_backward_flow(
-    start: NDArray[np.uint8], end: NDArray[np.uint8], shift: tuple[float, float]
-) -> tuple[Field, Mask]:
+def _forward_backward_flow(start: NDArray[Any], end: NDArray[Any], shift: tuple[float, float]) -> tuple[Field, Mask]:
     """Flow from one image to another, starting from a global shift [px], and where the backward flow is consistent."""
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
     guess = np.empty((*start.shape, 2), np.float32)
@@ -312,16 +310,6 @@ def _forward_backward_flow(
     )
     off = np.hypot(there[..., 0] + returned[..., 0], there[..., 1] + returned[..., 1])
     return there, np.asarray(off <= _MAX_ROUND_TRIP_ERROR + _BACK_SHARE * np.hypot(there[..., 0], there[..., 1]), bool)
-
-
-def _brightness(frame: RGBDFrame) -> NDArray[np.uint8]:
-    return padded_for_flow(cv2.cvtColor(frame.edge_rgb, cv2.COLOR_RGB2GRAY))
-
-
-def padded_for_flow(grey: NDArray[Any]) -> NDArray[np.uint8]:
-    """A brightness image, uint8, padded to the minimum size for flow."""
-    below, right = (max(0, _SIDE - side) for side in grey.shape)
-    return np.asarray(cv2.copyMakeBorder(grey, 0, below, 0, right, cv2.BORDER_REPLICATE), np.uint8)
 
 
 def depth_of_parts(frame: RGBDFrame, parts: BlockParts) -> Field:

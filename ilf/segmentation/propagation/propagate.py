@@ -195,7 +195,7 @@ def follow(
     if how == "copied":
         return _copied(present, hand, changed(before, after))
     flow, agrees = consistent_flow(before, after)
-    still = None
+    still = np.zeros(after.shape, bool)
     if how == "auto" and known is None and camera_is_static(before, flow):
         moved = changed(before, after)
         if moved.mean() <= MAX_STATIC_CHANGE:

@@ -8,6 +8,7 @@ import OpenEXR
 
 from tests.ilf import phone_files
 from tests.ilf.bags import path_of, storage_of, write_aligned
+from tests.ilf.depth_files import colmap, exr, npz, pfm
 from tests.ilf.matroska import write_azure
 from tests.ilf.realsense_bags import write_library_db3, write_viewer_bag
 from tests.ilf.two_cameras import write_pair
@@ -24,35 +25,28 @@ def _metres() -> np.ndarray:
 def depth_exr(folder: Path) -> list[bytes]:
     """With several compressions."""
     with_colour(folder)
-    contents = []
-    for packing in (OpenEXR.ZIP_COMPRESSION, OpenEXR.NO_COMPRESSION, OpenEXR.PIZ_COMPRESSION, OpenEXR.RLE_COMPRESSION):
-        stream = io.BytesIO()
-        OpenEXR.File({"compression": packing, "type": OpenEXR.scanlineimage}, {"Z": _metres()}).write(stream)
-        contents.append(stream.getvalue())
-    return contents
+    packings = OpenEXR.ZIP_COMPRESSION, OpenEXR.NO_COMPRESSION, OpenEXR.PIZ_COMPRESSION, OpenEXR.RLE_COMPRESSION
+    return [exr({"Z": _metres()}, compression=packing) for packing in packings]
 
 
 def depth_pfm(folder: Path) -> list[bytes]:
     """In both byte orders."""
     with_colour(folder)
-    rows = _metres()[::-1]
-    head = b"Pf\n%d %d\n" % rows.shape[::-1]
-    return [head + b"-1.0\n" + rows.astype("<f4").tobytes(), head + b"1\n" + rows.astype(">f4").tobytes()]
+    return [pfm(_metres()), pfm(_metres(), "1")]
 
 
 def depth_colmap(folder: Path) -> list[bytes]:
     """A depth map of COLMAP."""
     with_colour(folder)
-    return [b"%d&%d&1&" % _metres().shape[::-1] + _metres().astype("<f4").tobytes()]
+    return [colmap(_metres())]
 
 
 def depth_npz(folder: Path) -> list[bytes]:
     """One array or several."""
     with_colour(folder)
-    one, several = io.BytesIO(), io.BytesIO()
-    np.savez_compressed(one, _metres())
+    several = io.BytesIO()
     np.savez(several, depth=_metres(), other=np.zeros(3))
-    return [one.getvalue(), several.getvalue()]
+    return [npz(arr_0=_metres()), several.getvalue()]
 
 
 def bag(kind: str) -> Seeds:

@@ -2,7 +2,6 @@
 
 import io
 import json
-import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from ilf.project.file import save_project
 from ilf.project.project import Project, ProjectFrame
 from ilf.run.options import ExportOptions
 from ilf.run.writing import write
+from tests.ilf.depth_files import npy, pcd, pclzf, pillow
 from tests.ilf.project_states import made_frame, rich_state, small_frame
 from tests.ilf.tiny_onnx import message, node, number, write_network
 
@@ -53,18 +53,6 @@ def _encoded(suffix: str, image: np.ndarray, *options: int) -> bytes:
     return cv2.imencode(suffix, image, list(options))[1].tobytes()
 
 
-def _pillow(image: np.ndarray, kind: str, **options: object) -> bytes:
-    stream = io.BytesIO()
-    Image.fromarray(image).save(stream, kind, **options)
-    return stream.getvalue()
-
-
-def _npy(array: np.ndarray) -> bytes:
-    stream = io.BytesIO()
-    np.save(stream, array)
-    return stream.getvalue()
-
-
 def with_colour(folder: Path, name: str = "rgb.png") -> None:
     """Write the colour image."""
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -81,14 +69,14 @@ def depth_png(folder: Path) -> list[bytes]:
     """From two writers, with two compressions."""
     with_colour(folder)
     fixed = _encoded(".png", depth_values(), cv2.IMWRITE_PNG_STRATEGY, 4)
-    return [_encoded(".png", depth_values()), fixed, _pillow(depth_values(), "PNG")]
+    return [_encoded(".png", depth_values()), fixed, pillow(depth_values(), "PNG")]
 
 
 def depth_tiff(folder: Path) -> list[bytes]:
     """Integers and floats, uncompressed and compressed."""
     with_colour(folder)
     metres = (depth_values() / 1000).astype(np.float32)
-    packed = [_pillow(depth_values(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
+    packed = [pillow(depth_values(), "TIFF", compression=name) for name in ("raw", "tiff_lzw", "tiff_adobe_deflate")]
     return [*packed, _encoded(".tif", metres), _encoded(".tif", metres, cv2.IMWRITE_TIFF_COMPRESSION, 1)]
 
 
@@ -106,7 +94,7 @@ def depth_npy(folder: Path) -> list[bytes]:
     with_colour(folder)
     metres = depth_values() / 1000
     kinds = (depth_values(), metres.astype(np.float32), np.asfortranarray(metres), metres.astype(">f4"))
-    return [_npy(kind) for kind in kinds]
+    return [npy(kind) for kind in kinds]
 
 
 def depth_hdf5(folder: Path) -> list[bytes]:
@@ -143,32 +131,12 @@ def viewer(folder: Path) -> None:
 
 def depth_pcd(folder: Path) -> list[bytes]:
     with_colour(folder)
-    points = np.zeros(SHAPE, [("x", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
-    points["z"], points["rgb"] = depth_values() / 1000, _colour()[..., 0]
-    header = (
-        f"# .PCD v0.7\nVERSION 0.7\nFIELDS x z rgb\nSIZE 4 4 4\nTYPE F F U\nCOUNT 1 1 1\nWIDTH {WIDTH}\n"
-        f"HEIGHT {HEIGHT}\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {HEIGHT * WIDTH}\nDATA "
-    ).encode()
-    fields = b"".join(np.ascontiguousarray(points[name]).tobytes() for name in points.dtype.names or ())
-    packed = _lzf(fields)
-    text = "\n".join(" ".join(map(str, point)) for point in points.ravel().tolist())
-    return [
-        header + b"ascii\n" + text.encode(),
-        header + b"binary\n" + points.tobytes(),
-        header + b"binary_compressed\n" + struct.pack("<2I", len(packed), len(fields)) + packed,
-    ]
+    return [pcd(kind, depth_values() / 1000, _colour()) for kind in ("ascii", "binary", "binary_compressed")]
 
 
 def depth_pclzf(folder: Path) -> list[bytes]:
     with_colour(folder)
-    data = depth_values().tobytes()
-    packed = _lzf(data)
-    return [struct.pack("<5s2I16s2I", b"PCLZF", WIDTH, HEIGHT, b"depth16 ".ljust(16), len(packed), len(data)) + packed]
-
-
-def _lzf(data: bytes) -> bytes:
-    """LZF of literal runs alone."""
-    return b"".join(bytes([len(run) - 1]) + run for run in (data[at : at + 32] for at in range(0, len(data), 32)))
+    return [pclzf("depth16", depth_values().tobytes(), WIDTH, HEIGHT)]
 
 
 def layout(folder: Path) -> list[bytes]:
@@ -203,10 +171,8 @@ def colour_png(folder: Path) -> list[bytes]:
     """RGB, grey, with a palette, with alpha."""
     with_depth(folder)
     grey, palette = _colour()[..., 0], Image.fromarray(_colour()).quantize(16)
-    stream = io.BytesIO()
-    palette.save(stream, "PNG")
     others = [_encoded(".png", image) for image in (_colour(), grey, np.dstack([_colour(), grey]))]
-    return [*others, stream.getvalue()]
+    return [*others, pillow(palette, "PNG")]
 
 
 def colour_jpeg(folder: Path) -> list[bytes]:
@@ -214,11 +180,8 @@ def colour_jpeg(folder: Path) -> list[bytes]:
     with_depth(folder)
     exif = Image.Exif()
     exif[274] = 6
-    image = Image.fromarray(_colour())
-    stream = io.BytesIO()
-    image.save(stream, "JPEG", exif=exif)
     kinds = [_encoded(".jpg", _colour()), _encoded(".jpg", _colour(), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)]
-    return [*kinds, _encoded(".jpg", _colour()[..., 0]), stream.getvalue()]
+    return [*kinds, _encoded(".jpg", _colour()[..., 0]), pillow(_colour(), "JPEG", exif=exif)]
 
 
 def colour_heic(folder: Path) -> list[bytes]:
@@ -229,7 +192,7 @@ def colour_heic(folder: Path) -> list[bytes]:
     found = []
     for more in ({}, {"exif": exif.tobytes()}):
         stream = io.BytesIO()
-        pillow_heif.from_pillow(Image.fromarray(_colour())).save(stream, **more)
+        pillow_heif.frompillow(Image.fromarray(_colour())).save(stream, **more)
         found.append(stream.getvalue())
     return found
 
@@ -255,7 +218,7 @@ def meta_json(folder: Path) -> list[bytes]:
     with_depth(folder)
     camera = [30.0, 30.0, 15.5, 11.5]
     (folder / "gt.png").write_bytes(_encoded(".png", np.maximum(depth_values(), 1500)))
-    (folder / "guide.npy").write_bytes(_npy((depth_values() / 1000).astype(np.float32)))
+    (folder / "guide.npy").write_bytes(npy((depth_values() / 1000).astype(np.float32)))
     plain = {"size": [WIDTH, HEIGHT], "depth_units_per_m": 1000, "K": camera, "name": "made"}
     rich = {
         "depth_encoding": "mm", "depth_invalid": 65535, "K": [[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]],
@@ -425,13 +388,13 @@ def confidence_png(folder: Path) -> list[bytes]:
 def confidence_npy(folder: Path) -> list[bytes]:
     """Integers, floats and booleans."""
     levels = np.where(_labels() > 0, 2, 0)
-    return [_npy(levels.astype(kind)) for kind in (np.uint8, np.float32, bool, np.int64)]
+    return [npy(levels.astype(kind)) for kind in (np.uint8, np.float32, bool, np.int64)]
 
 
 def guide_npy(folder: Path) -> list[bytes]:
     """Values with and without a confidence."""
     metres = (depth_values() / 1000).astype(np.float32)
-    return [_npy(metres), _npy(np.stack([metres, np.full_like(metres, 0.5)]))]
+    return [npy(metres), npy(np.stack([metres, np.full_like(metres, 0.5)]))]
 
 
 def guide_png(folder: Path) -> list[bytes]:

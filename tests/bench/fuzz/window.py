@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from PySide6.QtWidgets import QApplication
 from gui.app.main_window import MainWindow
 from gui.features.documents.recent import RecentMenu
 from gui.features.export.files import stored_options
-from gui.features.layouts import Arrangement, LayoutStore, NamedArrangement
+from gui.features.layouts import Arrangement, LayoutStore
 from gui.features.palette import CommandPalette
 from gui.features.shortcuts import Keymap
 from gui.widgets.file_choice import last_folder, save_folder
@@ -32,7 +33,7 @@ def settings(folder: Path) -> list[bytes]:
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())
     layouts = LayoutStore(True)
     layouts.changed["standard"] = arrangement
-    layouts.put("own_1", NamedArrangement("Mine", arrangement))
+    layouts.put("own_1", replace(arrangement, text="Mine"))
     chosen = QSettings()
     values: dict[str, object] = {
         "window/geometry": window.saveGeometry(),

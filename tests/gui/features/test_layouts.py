@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 from gui.app.main_window import MainWindow
-from gui.features.layouts import Arrangement, LayoutsFeature, LayoutStore, NamedArrangement
+from gui.features.layouts import Arrangement, LayoutsFeature, LayoutStore
 from gui.widgets.docks import Docks, PanelGroup
 
 
@@ -128,11 +128,12 @@ def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbo
 
 def test_layouts_are_kept_and_damaged_ones_are_left_out(qapp):
     """Qt crashes at some damaged places."""
-    arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks",), bytes(range(200)), ("a", "b"), True, True)
+    contents = {"colour": "depth-in"}
+    arrangement = Arrangement("grid", contents, ("Blocks",), bytes(range(200)), ("a", "b"), True, True, "Mine")
     store = LayoutStore(persistent=True)
     store.present = "own_1"
     store.changed["standard"] = replace(arrangement, panels=None)
-    store.put("own_1", NamedArrangement("Mine", arrangement))
+    store.put("own_1", arrangement)
     kept = LayoutStore(persistent=True)
     assert (kept.present, kept.own, kept.left("standard").panels) == ("own_1", store.own, None)
     assert kept.left("own_1") == arrangement

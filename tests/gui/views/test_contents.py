@@ -8,10 +8,10 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 import ilf
-from gui.views.colours import FULL, ROBUST, strength_table
+from gui.views.colours import FULL, KINDS, ROBUST, strength_table
 from gui.views.layers import CONTENTS, Content, Layer, checked
 from gui.views.layouts import CELLS
-from gui.views.view_data import SIDES
+from gui.views.view_data import READ, SIDES
 from ilf.segmentation.edges.frame_edges import find_edges
 
 from .given_views import GivenViews, colour_at, place
@@ -64,6 +64,13 @@ def test_every_content_can_be_shown_in_every_cell_and_leaves_nothing_behind(view
             checked(wrong)
     with pytest.raises(ValueError, match="cell must be"):
         views.set_content("result", "ground_truth")
+
+
+@pytest.mark.parametrize("content", CONTENTS)
+def test_a_content_is_drawn_again_and_coloured_by_what_there_is(views, content):
+    told = {*READ, *vars(views.data), "levels", "swipe"}
+    assert set(CONTENTS[content].uses) <= told, "what is told of by no other name"
+    assert CONTENTS[content].range_kind in {"", *KINDS}
 
 
 def test_creases_are_shown_where_the_detector_tells_of_them(views):

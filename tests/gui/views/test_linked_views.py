@@ -51,7 +51,7 @@ def test_a_press_names_the_pixel_that_is_painted_there(views, zoom):
         for _ in range(40):
             wheel(view.viewport(), place(view, 33.3, 25.7))
     elif zoom is not None:
-        views.zoom_to(*zoom)
+        views.transform.show(*zoom)
     for position in (view.viewport().rect().center(), view.viewport().rect().center() + QPoint(37, -23)):
         QTest.mouseClick(view.viewport(), LEFT, Qt.KeyboardModifier.ShiftModifier, position)
         red, green, _ = colour_at(view, position)
@@ -118,10 +118,10 @@ def test_zoom_stays_within_its_limits_and_fit_comes_back(views):
     for _ in range(60):
         wheel(view.viewport(), QPoint(100, 100))
     assert view.viewport().width() / view.transform.m11() == pytest.approx(8, abs=0.1)
-    views.fit()
+    views.transform.fit()
     assert view.transform.m11() == pytest.approx(fitted)
     views.open(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640), np.float32))
-    views.one_to_one()
+    views.transform.look_at(320, 240, 1)
     assert view.transform.m11() == pytest.approx(1)
 
 
@@ -131,7 +131,7 @@ def test_a_resize_keeps_a_fitted_frame_whole_and_any_other_zoom_unchanged(views,
     for view in (cell.view for cell in views.cells.values() if cell.isVisible()):
         corner = view.transform.map(QPointF(WIDTH, HEIGHT))
         assert view.viewport().rect().contains(corner.toPoint())
-    views.zoom_to(slice(10, 20), slice(10, 20))
+    views.transform.show(slice(10, 20), slice(10, 20))
     scale = view_of(views).transform.m11()
     views.resize(800, 600)
     qtbot.waitUntil(lambda: view_of(views).viewport().height() < 400)
@@ -267,9 +267,9 @@ def test_the_chosen_block_has_the_wider_line(views):
     view, white = view_of(views), (255, 255, 255)
     assert colour_at(view, place(view, 30, 15) + QPoint(1, 0)) == white
     assert colour_at(view, place(view, 30, 15) - QPoint(3, 0)) != white
-    views.zoom_to(slice(10, 20), slice(40, 50))
+    views.transform.show(slice(10, 20), slice(40, 50))
     assert not (view.lines.find() == 0xFFFFFFFF).any(), "the view's edge is no border"
-    views.fit()
+    views.transform.fit()
     views.paint(np.full(labels.shape, 2, np.int32), table)
     assert (view.lines.find()[[0, -1]] == 0xFFFFFFFF).all(), "the frame's edge is"
     views.select(99)
@@ -297,10 +297,10 @@ def test_missing_and_distrusted_depth_are_striped(views):
         return {colour_at(view, place(view, left, top) + QPoint(shift, 0)) for shift in range(8)}
 
     plain = colours("colour", 12, 14)
-    views.set_missing_shown(True)
+    views.show_found(shows_missing=True)
     assert len(colours("colour", 12, 14)) > len(plain)
     assert colours("colour", 40, 40) == colours("colour", 40, 40)
-    views.set_missing_shown(False)
+    views.show_found(shows_missing=False)
     assert colours("colour", 12, 14) == plain
     mask = np.zeros((HEIGHT, WIDTH), bool)
     mask[30:40, 30:50] = mask[12:14, 12:14] = True
@@ -350,7 +350,7 @@ def test_what_lies_outside_the_view_has_stripes_and_a_name_of_its_own(views):
 
     assert is_blue("depth-in")
     assert not is_blue("colour"), "colour shows it with what is missing"
-    views.set_missing_shown(True)
+    views.show_found(shows_missing=True)
     assert is_blue("colour")
     views.open(rgb, depth)
     assert not is_blue("depth-in")
@@ -384,7 +384,7 @@ def test_correct_has_one_large_view_and_any_small_one_takes_its_place(views, qtb
     def widths():
         return {name: cell.width() for name, cell in views.cells.items() if cell.isVisible()}
 
-    views.zoom_to(slice(10, 20), slice(10, 20))
+    views.transform.show(slice(10, 20), slice(10, 20))
     views.sheet.set_layout("correct")
     assert max(widths(), key=widths().get) == "colour"
     assert widths()["colour"] > 2 * widths()["depth-out"]
@@ -423,7 +423,7 @@ def test_handles_have_one_size_on_the_screen_and_never_hide_their_outline(views)
 
     found = []
     for box in ((slice(0, 48), slice(0, 64)), (slice(17, 31), slice(23, 41)), (slice(20, 28), slice(28, 36))):
-        views.zoom_to(*box)
+        views.transform.show(*box)
         found.append(sizes())
     sides, distances = zip(*found, strict=True)
     assert all(2 <= side <= 9 for side in sides)

@@ -124,11 +124,11 @@ def _stale(views):
 def test_nothing_stays_where_it_was(views, overlay):
     move = overlay(views)
     for scale in (1.5, 3.0, 0.4):
-        views.set_place(WIDTH / 2, HEIGHT / 2, scale)
+        views.transform.look_at(WIDTH / 2, HEIGHT / 2, scale)
         for step in range(STEPS):
             move(step)
             x, y = _place(step + 3)
-            views.point_at((min(int(x), WIDTH - 1), min(int(y), HEIGHT - 1)))
+            views.navigation.point_at((min(int(x), WIDTH - 1), min(int(y), HEIGHT - 1)))
             if step % 6 < 2:  # it is painted after one move and after several
                 QApplication.processEvents()
         QApplication.processEvents()
@@ -179,7 +179,7 @@ def test_nothing_lies_over_a_view_that_has_no_picture(half_empty, overlay):
     viewport = half_empty.cells["depth-out"].view.viewport()
     before = _numbers(viewport.grab())
     overlay(half_empty)(3)
-    half_empty.point_at((40, 50))
+    half_empty.navigation.point_at((40, 50))
     assert (_numbers(viewport.grab()) == before).all()
     half_empty.give(depth=half_empty.data.frame.measured)
     assert (_numbers(viewport.grab()) != before).any()

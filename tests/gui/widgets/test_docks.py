@@ -1,7 +1,7 @@
 """The window fits the screen, at the first start and when its last place has another screen; full screen."""
 
 import pytest
-from PySide6.QtCore import QRect, QSettings, QSize, Qt
+from PySide6.QtCore import QPoint, QRect, QSettings, QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget, QToolButton, QWidget
 
@@ -80,6 +80,20 @@ def test_panels_of_one_purpose_share_a_place(window, qtbot):
     assert window.panels.open == ["Blocks"]
     docks["Blocks"].setFloating(True)
     qtbot.waitUntil(lambda: docks["Blocks"].titleBarWidget() is None)  # its window has one
+
+
+def test_a_panel_follows_the_mouse_out_of_the_window_and_has_a_frame_once_it_is_let_go(window, qtbot):
+    dock, handle = window.findChild(QDockWidget, "Blocks"), window.windowHandle()
+    qtbot.waitUntil(lambda: isinstance(dock.titleBarWidget(), PanelTitle))
+    start = dock.titleBarWidget().mapTo(window, QPoint(40, 8))
+    QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=start)
+    for distance in range(20, 400, 20):
+        QTest.mouseMove(handle, start - QPoint(distance, -distance))
+        qtbot.wait(5)
+    assert dock.isFloating()
+    assert isinstance(dock.titleBarWidget(), PanelTitle), "the drag goes on by it"
+    QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=start - QPoint(400, -400))
+    qtbot.waitUntil(lambda: dock.titleBarWidget() is None)
 
 
 def test_panels_outside_the_window_are_shown_after_it(window, qtbot):

@@ -26,18 +26,6 @@ def notes(window):
     notes.clear()
 
 
-def test_what_is_of_no_interest_takes_the_place_of_nothing_but_its_like(window, notes, qtbot):
-    notes.show_briefly("3 blocks in 20 ms")
-    notes.show_briefly("3 blocks in 25 ms")
-    assert [toast.message for toast in notes.shown] == ["3 blocks in 25 ms"]
-    notes.show_message("Values of their own stay.")
-    notes.show_briefly("3 blocks in 21 ms")
-    assert notes.message == "Values of their own stay."
-    notes.clear()
-    notes.show_briefly("3 blocks in 22 ms")
-    assert notes.message == "3 blocks in 22 ms"
-
-
 def test_options_of_the_command_line_are_not_told_in_a_window(window, notes, qtbot):
     label = Message()
     qtbot.addWidget(label)
@@ -57,7 +45,7 @@ def test_what_is_cut_is_a_tool_tip(window, notes, monkeypatch, text, is_cut):
     monkeypatch.setattr("gui.widgets.basics.QToolTip.showText", lambda at, text, widget: said.append(text))
     notes.show_message(text)
     QApplication.processEvents()
-    label = notes.shown[-1].label
+    label = notes.toast.label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
     assert said == [text if is_cut else ""]
 
@@ -71,10 +59,11 @@ def test_one_stays_while_the_pointer_is_on_it(notes, qtbot, monkeypatch):
     monkeypatch.setattr("gui.widgets.notes._MIN_STAY_MS", 50)
     monkeypatch.setattr("gui.widgets.notes._MESSAGE_MS", 30)
     notes.show_message("read me")
-    (toast,) = notes.shown
+    toast = notes.toast
     QApplication.sendEvent(toast, _over(toast, QEnterEvent))
-    notes.show_message("gone soon")
-    qtbot.waitUntil(lambda: [toast.message for toast in notes.shown] == ["read me"])
+    qtbot.wait(100)
+    assert notes.message == "read me"
     QApplication.sendEvent(toast, _over(toast))
     with qtbot.waitSignal(toast.gone):
         pass
+    assert notes.message == ""

@@ -65,8 +65,7 @@ def test_an_edit_is_reported_once_with_the_whole_set(form, qtbot):
 
 def test_reset_goes_back_to_the_preset(form, qtbot):
     base = ilf.preset("released-code")
-    form.set_parameters(base)
-    form.set_base(base)
+    form.set_parameters(base, base)
     reset = form.findChild(QToolButton, "reset_schedule")
     assert not reset.isVisible()
     form.findChild(QComboBox, "schedule").setCurrentText("staged")
@@ -100,8 +99,7 @@ def _groups(form) -> set[str]:
 
 @pytest.mark.parametrize("name", ilf.PRESETS)
 def test_six_parameters_come_first_then_those_that_differ_then_all(form, name):
-    form.set_parameters(ilf.PRESETS[name])
-    form.set_base(ilf.PRESETS[name])
+    form.set_parameters(ilf.PRESETS[name], ilf.PRESETS[name])
     form.all_button.setChecked(False)
     assert len(_shown(form)) == 6
     assert _groups(form) == {form.all_button.text()}

@@ -31,6 +31,7 @@ from ilf.errors import FormatError, InputError
 from ilf.run.options import ExportOptions
 from ilf.run.record import read_record
 from ilf.run.run import BlockChoice
+from ilf.sources import reading
 from ilf.sources.frame_ref import FrameRef
 
 from ..batch_frames import Deadly, contents, write_frames
@@ -113,6 +114,17 @@ def test_a_run_of_its_own_gives_the_same_files(source, tmp_path, begun):
     }
     for path in alone.iterdir():
         assert path.read_bytes() == (there / path.name).read_bytes(), path.name
+
+
+def test_a_frame_whose_reader_has_a_fault_fails_alone(source, tmp_path, begun, monkeypatch, cli):
+    read = reading.read_files
+
+    def faulty(files, *given):
+        return read(files, *given) if "0001" not in str(files.rgb) else np.zeros(3).reshape(2, 2)
+
+    monkeypatch.setattr(reading, "read_files", faulty)
+    said = cli("batch", source, "--out", tmp_path / "out", "--quiet", *FLAGS, status=1).err
+    assert "1 of 3 frames failed. rgb/0001: ValueError: cannot reshape" in said
 
 
 def test_batch_prints_one_json_document(source, tmp_path, begun, cli):

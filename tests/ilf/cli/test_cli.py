@@ -118,7 +118,7 @@ def test_without_intrinsics_there_is_no_cloud_and_that_is_said(files, capsys, cl
     assert set(contents("out")) == RESULTS - {"cloud.ply"}
     assert "ilf: warning: No point cloud" in capsys.readouterr().err
     assert read_record("out/run.json").export.cloud is None
-    assert "intrinsics" in fails(cli, "complete", *files, "--out", "new", "--cloud", "ply")
+    assert "A point cloud needs" in fails(cli, "complete", *files, "--out", "new", "--cloud", "ply")
     assert "A mesh needs" in fails(cli, "complete", *files, "--out", "new", "--no-cloud", "--mesh", "glb")
     assert not Path("new").exists()
 

@@ -84,7 +84,7 @@ def test_what_a_trend_leaves_stays_as_far_as_its_mean_over_squares_is_beyond_noi
     raised = np.where(COLUMNS[:20, :24] > 15, 3.0, 0.0)
     samples = np.where(known, deviation * (rng.standard_normal(shape) + raised), 0).astype(np.float32)
     u = rng.standard_normal(shape).astype(np.float32)
-    denoising = Denoising(known, samples, deviation, grain, 1.0, 1.0, weakens_at_jumps=True, explained=True)
+    denoising = Denoising(known, samples, deviation, grain, ilf.Parameters(), explained=True)
     z = np.zeros(shape)
     for side in (3, 7):
         total, count = (

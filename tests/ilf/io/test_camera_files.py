@@ -210,3 +210,10 @@ def test_lens_and_size_are_noted(tmp_path, stated, note):
     if not is_pinhole:
         with pytest.raises(InputError, match=note):
             intrinsics_from(path, SHAPE)
+
+
+@pytest.mark.parametrize("numbers", ["500,5 500,5 80,25 60,75", "500,498;498,5;320,25;240,75"])
+def test_decimal_commas_are_refused(tmp_path, numbers):
+    (tmp_path / "k.txt").write_text(numbers)
+    with pytest.raises(FormatError, match="decimal points"):
+        intrinsics_from(tmp_path / "k.txt")

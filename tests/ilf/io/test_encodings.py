@@ -183,6 +183,9 @@ def test_bits_of_sun_rgbd_turn_back_whatever_the_depth(depth):
     assert ENCODINGS["sun"].metres(stored)[0, 0] == np.float32(depth / 1000)
 
 
+TINY = '{"4": {"cam_K": [5, 5, 4, 3], "depth_scale": 1e-320}}'
+
+
 def test_bop_takes_the_scale_of_the_very_image(tmp_path, save):
     scene = {
         str(number): {"cam_K": [500, 0, 40, 0, 500, 30, 0, 0, 1], "depth_scale": scale}
@@ -198,7 +201,7 @@ def test_bop_takes_the_scale_of_the_very_image(tmp_path, save):
     rgb, depth = save(MM, "depth/000004.png")
     with pytest.raises(InputError, match="no entry for 000004"):
         ilf.load_frame(rgb, depth, encoding="bop")
-    for broken in ('{"4": {"cam_K": [1], "depth_scale": 1}}', '{"4": []}', '{"4": {"depth_scale": 0}}', "[]", "{"):
+    for broken in ('{"4": {"cam_K": [1], "depth_scale": 1}}', '{"4": []}', "[]", "{", TINY):
         (tmp_path / "scene_camera.json").write_text(broken)
         with pytest.raises(FormatError, match=r"scene_camera\.json"):
             ilf.load_frame(rgb, depth, encoding="bop")

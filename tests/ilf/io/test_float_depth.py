@@ -1,6 +1,5 @@
 """Depth in files of floats: EXR, PFM, COLMAP, NPZ, and disparity."""
 
-import io
 import sys
 import warnings
 
@@ -12,34 +11,12 @@ import ilf
 from ilf.errors import DepthWarning, FormatError, InputError, ParameterError
 from ilf.io.depth import read_depth_values
 from ilf.io.encodings import encoding_of, encoding_of_inputs
+from tests.ilf.depth_files import colmap, exr, npy, npz, pfm
 from tests.ilf.image_files import write_rgbd
 
 H, W = 24, 32
 METRES = (1.5 + 0.01 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
 METRES[4:8, 6:12] = 0
-
-
-def exr(channels: dict[str, np.ndarray], **header: object) -> bytes:
-    openexr = pytest.importorskip("OpenEXR")
-    kind = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
-    stream = io.BytesIO()
-    openexr.File({**kind, **header}, channels).write(stream)
-    return stream.getvalue()
-
-
-def pfm(values: np.ndarray, scale: str = "-1.0", kind: bytes = b"Pf") -> bytes:
-    order = "<f4" if scale.startswith("-") else ">f4"
-    return kind + b"\n%d %d\n" % values.shape[1::-1] + scale.encode() + b"\n" + values[::-1].astype(order).tobytes()
-
-
-def colmap(values: np.ndarray, channels: int = 1) -> bytes:
-    return b"%d&%d&%d&" % (*values.shape[1::-1], channels) + values.astype("<f4").tobytes()
-
-
-def npz(**arrays: np.ndarray) -> bytes:
-    stream = io.BytesIO()
-    np.savez_compressed(stream, **arrays)
-    return stream.getvalue()
 
 
 @pytest.fixture
@@ -139,7 +116,10 @@ def test_disparity_becomes_depth(save, tmp_path):
     assert frame.inputs.encoding == "disparity:52.5"
     assert encoding_of_inputs(frame.inputs) == encoding_of("disparity:52.5")
     assert "disparity of a stereo pair" in encoding_of("disparity:52.5").text
-    whole = ilf.load_frame(*save("d.npy", _npy(np.rint(256 * disparity))), encoding=f"disparity:{256 * 52.5}")
+    whole = ilf.load_frame(
+        *save("d.npy", npy(np.nan_to_num(np.rint(256 * disparity), posinf=0).astype(np.int32))),
+        encoding=f"disparity:{256 * 52.5}",
+    )
     assert np.allclose(np.nan_to_num(whole.depth), METRES, atol=1e-3)
     for wrong, told in {
         "disparity": "focal length",
@@ -148,12 +128,6 @@ def test_disparity_becomes_depth(save, tmp_path):
     }.items():
         with pytest.raises(ParameterError, match=told):
             encoding_of(wrong)
-
-
-def _npy(values: np.ndarray) -> bytes:
-    stream = io.BytesIO()
-    np.save(stream, np.nan_to_num(values, posinf=0).astype(np.int32))
-    return stream.getvalue()
 
 
 DAMAGED = {

@@ -1,24 +1,21 @@
 """Files of kinds that are not read are named by their kind, with what is read instead."""
 
-import io
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 import ilf
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
+from tests.ilf.depth_files import pillow
 from tests.ilf.image_files import write_rgbd
 
 GREY = np.arange(96, dtype=np.uint16).reshape(8, 12) + 1000
 
 
 def encoded(kind: str) -> bytes:
-    content = io.BytesIO()
-    Image.fromarray(np.zeros((8, 12, 3), np.uint8)).save(content, kind)
-    return content.getvalue()
+    return pillow(np.zeros((8, 12, 3), np.uint8), kind)
 
 
 KINDS_OF_POINTERS = ("png", "npy", "exr", "h5", "npz", "pcd", "heic")

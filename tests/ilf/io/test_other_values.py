@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import ilf
+from ilf._runtime.files import read_file
+from ilf.io.depth import read_depth
 from tests.ilf.image_files import write_rgbd
 
 NEAR, FAR = 0.1, 10.0
@@ -169,3 +171,35 @@ def test_a_name_that_says_disparity_is_doubted(tmp_path, name, is_doubted):
     read = ilf.load_frame(colour, file, encoding="disparity:20", warn=False)
     assert read.depth[read.known] == pytest.approx(depth()[::-1][read.known])
     assert not read.notes
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "scale", "is_doubted"),
+    [
+        ("npz", np.uint16(10_000), 0.0001, True),
+        ("npz", np.uint16(10_000), 0.1, True),  # in mm, as of BOP
+        ("attribute", np.uint16(5000), 5000.0, True),
+        ("number", np.uint16(4000), 0.25, True),
+        ("npz", np.uint16(1000), 0.001, False),
+        ("attribute", np.uint16(1000), 1.0, False),
+        ("number", np.float32(1), 0.001, False),  # of the sensor: depth is in metres already
+    ],
+)
+def test_a_scale_inside_the_file_that_would_change_depth_is_doubted(kind, values, scale, is_doubted, tmp_path):
+    depth = (np.linspace(0.5, 0.8, 48 * 64).reshape(48, 64) * values).astype(values.dtype)
+    path = tmp_path / ("d.npz" if kind == "npz" else "d.h5")
+    if kind == "npz":
+        np.savez(path, depth=depth, depth_scale=scale)
+    else:
+        with h5py.File(path, "w") as file:
+            dataset = file.create_dataset("depth", data=depth)
+            (dataset.attrs if kind == "attribute" else file)["depth_scale"] = scale
+    read = read_depth(read_file(path))
+    assert any("depth_scale" in text for text in read.warnings) == is_doubted
+    assert not any("depth_scale" in text for text in read_depth(read_file(path), given=2000.0).warnings)
+
+
+def test_a_scale_inside_the_file_comes_before_guesses(tmp_path):
+    multiples_of_8 = (8 * np.arange(1500, 1500 + 48 * 64)).astype(np.uint16).reshape(48, 64)  # as of rotated bits
+    np.savez(tmp_path / "d.npz", depth=multiples_of_8, depth_scale=0.0001)
+    assert any("10000" in text for text in read_depth(read_file(tmp_path / "d.npz")).warnings)

@@ -1,7 +1,6 @@
 """Images with a palette: indices are the values of label maps and masks, colours those of colour images."""
 
 import base64
-import io
 import json
 import zlib
 
@@ -13,6 +12,7 @@ from ilf.errors import FormatError
 from ilf.io.block_files import read_blocks
 from ilf.io.frame_additions import read_confidence
 from ilf.io.images import read_colour, read_labels, read_mask
+from tests.ilf.depth_files import pillow
 
 INDICES = np.array([[0, 1, 1, 2], [0, 3, 3, 1]], np.uint8)
 COLOURS = {
@@ -27,9 +27,7 @@ def palette(colours: list[int], bits: int = 8, indices: np.ndarray = INDICES, fm
     """An image of these indices; `bits` is the number of bits that each has in a PNG."""
     image = Image.fromarray(indices, "P")
     image.putpalette(colours[: 3 * 2**bits])
-    content = io.BytesIO()
-    image.save(content, fmt, **({"bits": bits} if fmt == "PNG" else {}), **options)
-    return content.getvalue()
+    return pillow(image, fmt, **({"bits": bits} if fmt == "PNG" else {}), **options)
 
 
 @pytest.mark.parametrize("bits", [2, 4, 8])

@@ -1,6 +1,5 @@
 """Depth that is no image file: organised clouds, PCL's images, HDF5, raw floats of a Kinect v2, photos of phones."""
 
-import struct
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -14,48 +13,19 @@ from ilf.errors import FormatError
 from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 from ilf.io.pcl_files import lzf_decompressed
+from tests.ilf.depth_files import pcd, pclzf
+from tests.ilf.image_files import write_file
 
 H, W = 6, 8
 DEPTH = (1 + np.arange(H * W, dtype=np.float32).reshape(H, W) / 100).astype(np.float32)
 DEPTH[2, 3] = np.nan
 COLOUR = np.arange(H * W * 3, dtype=np.uint8).reshape(H, W, 3)
-FIELDS = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<f4"), ("label", "<u2", (2,))])
-
-
-def _points() -> np.ndarray:
-    points = np.zeros(H * W, FIELDS)
-    points["z"] = DEPTH.ravel()
-    red, green, blue = (COLOUR[..., channel].astype(np.uint32).ravel() for channel in range(3))
-    points["rgb"] = (red << 16 | green << 8 | blue).view(np.float32)
-    return points
-
-
-def lzf(data: bytes) -> bytes:
-    """LZF of literal runs alone."""
-    return b"".join(bytes([len(run) - 1]) + run for run in (data[at : at + 32] for at in range(0, len(data), 32)))
-
-
-def _pcd(kind: str, width: int = W, height: int = H) -> bytes:
-    header = (
-        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z rgb label\nSIZE 4 4 4 4 2\n"
-        f"TYPE F F F F U\nCOUNT 1 1 1 1 2\nWIDTH {width}\nHEIGHT {height}\nVIEWPOINT 0 0 0 1 0 0 0\n"
-        f"POINTS {width * height}\nDATA {kind}\n"
-    ).encode()
-    points = _points()
-    if kind == "ascii":
-        lines = (f"{p['x']} {p['y']} {p['z']} {p['rgb']:.9e} 0 0" for p in points)
-        return header + "\n".join(lines).encode()
-    if kind == "binary":
-        return header + points.tobytes()
-    fields = b"".join(np.ascontiguousarray(points[name]).tobytes() for name in FIELDS.names)
-    packed = lzf(fields)
-    return header + struct.pack("<2I", len(packed), len(fields)) + packed
 
 
 @pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
 def test_organised_clouds_are_colour_and_depth(tmp_path, kind):
     path = tmp_path / "a.pcd"
-    path.write_bytes(_pcd(kind))
+    path.write_bytes(pcd(kind, DEPTH, COLOUR))
     assert np.allclose(read_depth_values(path), DEPTH, equal_nan=True)
     assert np.array_equal(read_colour(path), COLOUR)
     source = ilf.open_source(tmp_path)
@@ -78,20 +48,15 @@ def test_organised_clouds_are_colour_and_depth(tmp_path, kind):
 @pytest.mark.parametrize("labels", [b" 0.0 1.5", b" nan nan", b" -1 99999", b" 0 0\n"])
 def test_a_cloud_is_read_with_other_numbers_as_integers_or_empty_lines(labels, tmp_path):
     path = tmp_path / "a.pcd"
-    path.write_bytes(_pcd("ascii").replace(b" 0 0\n", labels + b"\n"))
+    path.write_bytes(pcd("ascii", DEPTH, COLOUR).replace(b" 0 0\n", labels + b"\n"))
     assert np.allclose(read_depth_values(path), DEPTH, equal_nan=True)
-
-
-def _pclzf(kind: str, data: bytes, width: int = W) -> bytes:
-    packed = lzf(data)
-    return struct.pack("<5s2I16s2I", b"PCLZF", width, H, kind.ljust(16).encode(), len(packed), len(data)) + packed
 
 
 def test_images_of_pcl_are_a_source(tmp_path):
     millimetres = np.nan_to_num(DEPTH * 1000).astype("<u2")
     files = {name: tmp_path / f"frame_20130717T175216.303267{name}" for name in ("_rgb.pclzf", "_depth.pclzf", ".xml")}
-    files["_depth.pclzf"].write_bytes(_pclzf("depth16", millimetres.tobytes()))
-    files["_rgb.pclzf"].write_bytes(_pclzf("rgb24", COLOUR.transpose(2, 0, 1).tobytes()))
+    files["_depth.pclzf"].write_bytes(pclzf("depth16", millimetres.tobytes(), W, H))
+    files["_rgb.pclzf"].write_bytes(pclzf("rgb24", COLOUR.transpose(2, 0, 1).tobytes(), W, H))
     numbers = {"focal_length_x": 12, "focal_length_y": 12, "principal_point_x": 3.5, "principal_point_y": 2.5}
     lines = "".join(f"\t\t<{name}>{value}</{name}>\n" for name, value in numbers.items())
     files[".xml"].write_text(f"<?xml version='1.0'?>\n<rgb>\n{lines}</rgb>\n<depth>\n{lines}</depth>\n")
@@ -102,9 +67,9 @@ def test_images_of_pcl_are_a_source(tmp_path):
     assert np.array_equal(frame.rgb, COLOUR)
     assert (frame.intrinsics.fx, frame.intrinsics.cx) == (12, 3.5)
     for content, message in (
-        (_pclzf("rgb24", COLOUR.tobytes()), "not depth16"),
-        (_pclzf("depth16", millimetres.tobytes(), width=9), "header is damaged"),
-        (_pclzf("depth16", millimetres.tobytes())[:-3], "truncated"),
+        (pclzf("rgb24", COLOUR.tobytes(), W, H), "not depth16"),
+        (pclzf("depth16", millimetres.tobytes(), 9, H), "header is damaged"),
+        (pclzf("depth16", millimetres.tobytes(), W, H)[:-3], "truncated"),
         (b"PCLZF", "not a PCLZF"),
     ):
         files["_depth.pclzf"].write_bytes(content)
@@ -124,7 +89,7 @@ def test_lzf_copies_from_what_it_has_written():
 def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path):
     values = np.linspace(4500, 500, 424 * 512, dtype="<f4").reshape(424, 512)
     values[0] = 0
-    (tmp_path / "rgb.png").write_bytes(ilf_png(np.zeros((424, 512, 3), np.uint8)))
+    write_file(tmp_path / "rgb.png", np.zeros((424, 512, 3), np.uint8))
     for name in ("depth.raw", "depth.bin"):
         (tmp_path / name).write_bytes(values.tobytes())
         frame = ilf.load_frame(tmp_path / "rgb.png", tmp_path / name)
@@ -133,12 +98,6 @@ def test_raw_floats_of_a_kinect_v2_are_millimetres(tmp_path):
     (tmp_path / "depth.raw").write_bytes(values.tobytes()[:-4])
     with pytest.raises(FormatError, match="512 x 424 float32"):
         read_depth_values(tmp_path / "depth.raw")
-
-
-def ilf_png(image: np.ndarray) -> bytes:
-    from ilf.io.images import encode_image
-
-    return encode_image(".png", image)
 
 
 def test_one_channel_may_be_an_axis_and_hdf5_is_read(tmp_path):

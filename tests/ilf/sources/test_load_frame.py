@@ -2,7 +2,6 @@
 
 import hashlib
 import inspect
-import io
 import json
 import os
 import struct
@@ -24,6 +23,7 @@ from ilf.io.depth import read_depth_values
 from ilf.io.images import read_colour
 from ilf.sources.frame_ref import OPTIONS, FrameRef, ReadingOptions
 
+from ..depth_files import npy, pillow
 from ..small_frames import write_small_frame
 
 H, W = 24, 32
@@ -32,12 +32,6 @@ RGB = RNG.integers(0, 256, (H, W, 3), dtype=np.uint8)
 MILLIMETRES = RNG.integers(500, 9000, (H, W), dtype=np.uint16)
 MILLIMETRES[3:9, 4:12] = 0
 METRES = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
-
-
-def npy(array, **options):
-    content = io.BytesIO()
-    np.save(content, array, **options)
-    return content.getvalue()
 
 
 def encoded(suffix, array):
@@ -52,17 +46,11 @@ def pgm_text(array):
     return b"P2\n%d %d\n65535\n" % array.shape[::-1] + " ".join(map(str, array.ravel().tolist())).encode() + b"\n"
 
 
-def tiff(mode_image, **options):
-    content = io.BytesIO()
-    mode_image.save(content, "TIFF", **options)
-    return content.getvalue()
-
-
 # file name -> content and the values that must come out, for every kind of depth file
 DEPTH_FILES = {
     "u16.png": (encoded(".png", MILLIMETRES), MILLIMETRES),
     "u16.tif": (encoded(".tif", MILLIMETRES), MILLIMETRES),
-    "big-endian.tiff": (tiff(Image.fromarray(MILLIMETRES.astype(">u2"))), MILLIMETRES),
+    "big-endian.tiff": (pillow(MILLIMETRES.astype(">u2"), "TIFF"), MILLIMETRES),
     "f32.tif": (encoded(".tif", METRES), METRES),
     "binary.pgm": (pgm16(MILLIMETRES), MILLIMETRES),
     "text.pgm": (pgm_text(MILLIMETRES), MILLIMETRES),
@@ -165,11 +153,9 @@ def test_deep_grey_and_transparent_colour_become_rgb8(save):
 
 def test_a_tiff_may_have_a_smaller_version_of_its_image(save):
     for second in (RGB[::2, ::2], RGB):
-        pages = io.BytesIO()
-        Image.fromarray(RGB).save(
-            pages, "TIFF", save_all=True, append_images=[Image.fromarray(second)], tiffinfo={254: int(second is RGB)}
-        )
-        np.testing.assert_array_equal(read_colour(save("pages.tif", pages.getvalue())), RGB)
+        others = {"append_images": [Image.fromarray(second)], "tiffinfo": {254: int(second is RGB)}}
+        pages = pillow(RGB, "TIFF", save_all=True, **others)
+        np.testing.assert_array_equal(read_colour(save("pages.tif", pages)), RGB)
 
 
 def test_float_colour_is_refused(save):
@@ -177,7 +163,7 @@ def test_float_colour_is_refused(save):
         read_colour(save("f.tif", encoded(".tif", METRES)))
     lab = ImageCms.buildTransform(ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB"), "RGB", "LAB")
     with pytest.raises(FormatError, match=r"CIELAB colour, not RGB. Export it as RGB"):
-        read_colour(save("lab.tif", tiff(ImageCms.applyTransform(Image.fromarray(RGB), lab))))
+        read_colour(save("lab.tif", pillow(ImageCms.applyTransform(Image.fromarray(RGB), lab), "TIFF")))
 
 
 # --- hostile depth

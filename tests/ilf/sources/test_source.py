@@ -139,14 +139,6 @@ def test_scenes_of_bop_have_a_scale_for_each_image(tmp_path, save, digits):
     for key in both.keys:
         assert _is_read(both.read(key))
         assert both.calibration(key).depth.fx == 52
-    for content, kind, message in (
-        ('{"0": {"cam_K": [1, 2], "depth_scale": 1}}', FormatError, r"scene_camera\.json"),
-        (_bop({0: 1e-320}), FormatError, "depth_scale"),
-        ("{}", InputError, f"no entry for {0:0{digits}d}"),
-    ):
-        (tmp_path / "000001" / "scene_camera.json").write_text(content)
-        with pytest.raises(kind, match=message):
-            ilf.open_source(tmp_path / "000001")[0]
 
 
 def test_frames_of_sun_rgbd_have_their_bits_turned_back(tmp_path, save):

@@ -181,6 +181,7 @@ def undo_and_go_another_way(user: Hand) -> None:
     user.key("Ctrl+Z")
     user.do("undo")
     user.do("redo")
+    user.do("show_before_edit")
     user.drag([(120, 40), (140, 90)])
     user.drag([(20, 100), (40, 100)], release=False)
     user.do("cancel_stroke")
