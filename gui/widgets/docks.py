@@ -270,14 +270,14 @@ class Docks(QObject):
 
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text; those outside the window have its frame."""
-        if QApplication.mouseButtons():  # a panel may be being moved by its title, which must stay for that
-            self._titles_timer.start(_DRAG_MS)
-            return
         for dock, *_ in self._panels.values():
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
             wanted = QWidget if tabbed else None if dock.isFloating() else PanelTitle
             present = dock.titleBarWidget()
             if wanted is None and present is not None:
+                if QApplication.mouseButtons():  # it may be being moved by its title, which must stay for that
+                    self._titles_timer.start(_DRAG_MS)
+                    continue
                 dock.setTitleBarWidget(None)  # type: ignore[arg-type]
             elif wanted is not None and type(present) is not wanted:
                 dock.setTitleBarWidget(wanted(dock))
