@@ -398,7 +398,7 @@ def test_a_run_is_not_lost_when_the_window_closes(opened, qtbot, tmp_path, waits
     workspace, path = opened.workspace, tmp_path / "p.ilf"
     save(opened, qtbot, path)
     first, second = list(workspace.current.counts())[:2]
-    endless = 3_000 if waits else 100_000
+    endless = 20_000 if waits else 100_000
     workspace.parameters.set(ilf.preset("paper", max_iterations=3))
     workspace.parameters.set_own(
         ilf.preset("released-code", max_iterations=endless).differences_from(workspace.parameters.current), [second]
