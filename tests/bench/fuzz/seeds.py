@@ -192,7 +192,7 @@ def colour_heic(folder: Path) -> list[bytes]:
     found = []
     for more in ({}, {"exif": exif.tobytes()}):
         stream = io.BytesIO()
-        pillow_heif.frompillow(Image.fromarray(_colour())).save(stream, **more)
+        pillow_heif.from_pillow(Image.fromarray(_colour())).save(stream, **more)
         found.append(stream.getvalue())
     return found
 
