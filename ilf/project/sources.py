@@ -18,14 +18,11 @@ from .._runtime.files import FileContent, file_sha256, is_address, read_file
 from ..data.camera import Camera
 from ..data.frame import FrameInputs, GroundTruthFile, InputFile, RGBDFrame
 from ..errors import InputError
-from ..io.depth import decoded, read_depth_values
-from ..io.encodings import encoding_of_inputs
 from ..io.frame_additions import ground_truth_of
-from ..io.images import AS_STORED, read_colour, turned
-from ..sources.frame_folder import camera_pose
+from ..sources.frame_folder import FrameFiles
 from ..sources.frame_ref import FrameRef
 from ..sources.named_places import first_allowed, may_look_at, named_in, note_opened
-from ..sources.read_images import frame_of_images, read_recorded
+from ..sources.read_images import read_files, read_recorded
 from .archive import Parts
 
 SOURCES = "sources/"
@@ -278,12 +275,10 @@ def load_inputs(
         depth=InputFile(str(depth.path), inputs.depth.sha256),
         ground_truth=None,
     )
-    encoding = encoding_of_inputs(inputs)
-    metres = decoded(read_depth_values(depth, encoding.channels, inputs.dataset), encoding)[0]
-    of_colour, of_depth = inputs.orientations or AS_STORED
-    rgb, metres = turned(read_colour(colour), of_colour), turned(metres, of_depth)
-    frame = frame_of_images(rgb, metres, intrinsics, found, name)
-    return dataclasses.replace(frame, pose=camera_pose(depth.path))
+    files, options = FrameFiles(colour.path, depth.path, name), FrameRef.of(found).options
+    frame = read_files(files, options, contents=(colour, depth)).frame()
+    # what was doubtful was told when it was read first
+    return dataclasses.replace(frame, intrinsics=intrinsics, inputs=found, notes=(), plausibility_warnings=())
 
 
 def _of_recording(inputs: FrameInputs, name: str, intrinsics: Camera | None, places: Places) -> RGBDFrame:

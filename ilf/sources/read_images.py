@@ -143,10 +143,14 @@ class ReadImages:
 
 
 def read_files(
-    files: FrameFiles, options: ReadingOptions, name: str | None = None, depth: DepthReading | None = None
+    files: FrameFiles,
+    options: ReadingOptions,
+    name: str | None = None,
+    depth: DepthReading | None = None,
+    contents: tuple[FileContent, FileContent] | None = None,
 ) -> ReadImages:
     """Read a colour and a depth file; `options` are those of the user, which replace the ones stated beside the files.
-    `depth` is what `depth_of_files` gives, if it is read already.
+    `depth` is what `depth_of_files` gives, if it is read already; `contents` are those of the files, likewise.
 
     Raises
     ------
@@ -155,7 +159,7 @@ def read_files(
     FormatError
         If a file is damaged, or the stated size is another one.
     """
-    rgb_file, depth_file = read_file(files.rgb), read_file(files.depth)
+    rgb_file, depth_file = contents or (read_file(files.rgb), read_file(files.depth))
     colour, colour_doubt = read_colour_with_warning(rgb_file)
     of_colour = (colour_doubt,) if colour_doubt else ()
     read, chosen = depth or depth_of_files(files, options, depth_file), options.or_else(files.options)
@@ -301,33 +305,6 @@ def _lenses(
     if not (colour.is_bent or depth.is_bent):
         raise InputError("The intrinsics state no lens distortion that could be corrected: do not undistort.")
     return colour, depth, tuple(dict.fromkeys(notes + of_depth))
-
-
-# Of arrays that were read as a frame's inputs say.
-
-
-def frame_of_images(
-    colour: NDArray[np.uint8],
-    metres: NDArray[np.float32],
-    camera: Camera | None,
-    inputs: FrameInputs,
-    name: str,
-) -> RGBDFrame:
-    """A frame with this camera of colour (H, W, 3) and depth [m] that were read as `inputs` say, upright; depth of
-    another size is registered. Raises InputError as `RGBDFrame` and `register`, and if the intrinsics of colour are not
-    known though its size differs."""
-    if inputs.lenses is not None:
-        lenses = inputs.lenses
-    elif inputs.depth_intrinsics is None:
-        return RGBDFrame(colour, metres, camera, name, inputs=inputs)
-    else:
-        if inputs.view is not None and inputs.intrinsics is not None:  # the frame's camera is that of depth
-            camera = Camera(*inputs.intrinsics)
-        if camera is None:
-            raise InputError(_NO_COLOUR_CAMERA)
-        lenses = camera, Camera(*inputs.depth_intrinsics)
-    motion = np.eye(4) if inputs.depth_to_colour is None else np.reshape(inputs.depth_to_colour, (4, 4))
-    return register(RawPair(colour, metres, *lenses, motion, name, inputs), inputs.view or COLOUR_VIEW)
 
 
 # Of a recording.

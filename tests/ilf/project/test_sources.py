@@ -3,10 +3,13 @@
 import hashlib
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
+import ilf
 from ilf.data.frame import InputFile
-from ilf.project.sources import MissingSource, Places, located, moved
+from ilf.project.sources import MissingSource, Places, load_inputs, located, moved
 from ilf.sources.frame_ref import FrameRef, ReadingOptions
 
 
@@ -44,3 +47,15 @@ def test_a_source_follows_its_files(tmp_path):
     with pytest.raises(MissingSource, match=r"t\.npy no longer exists") as missing:
         moved(FrameRef(str(there), options=options), Places(folders=places.folders))
     assert missing.value.wanted == InputFile("/t.npy", "")
+
+
+@pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
+def test_a_marker_of_missing_depth_is_known_again(tmp_path):
+    depth = np.linspace(1000, 2000, 64 * 64).astype(np.uint16).reshape(64, 64)
+    depth[:8] = 65535
+    paths = tmp_path / "rgb.png", tmp_path / "depth.png"
+    for path, image in zip(paths, (np.zeros((64, 64, 3), np.uint8), depth), strict=True):
+        cv2.imwrite(str(path), image)
+    frame = ilf.load_frame(*paths)
+    assert frame.invalid_marker is not None
+    assert load_inputs(frame.inputs, frame.name, None).invalid_marker == frame.invalid_marker
