@@ -19,11 +19,10 @@ from typing import Any, Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from .._runtime.children import run_in_processes
 from .._runtime.long_work import available_cores, not_cancelled
-from ..completion.confidence.expected_error import error_summary, expected_error
+from ..completion.confidence.expected_error import error_summary
 from ..data.results import Completion
 from ..errors import Cancelled, IlfError, InputError
 from ..evaluation.evaluation import Evaluation, evaluate_completion
@@ -85,9 +84,7 @@ class Sink(ABC):
         return self.settings.run_of(reading.frame), ()
 
     @abstractmethod
-    def write(
-        self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
-    ) -> tuple[Any, Sequence[str]]:
+    def write(self, frame: BatchFrame, reading: LoadedFrame, completion: Completion) -> tuple[Any, Sequence[str]]:
         """Write or encode the files of a completed frame; return what `put` needs of them, and notes on them."""
 
     @abstractmethod
@@ -297,26 +294,17 @@ def _completed(sink: Sink, frame: BatchFrame, threads: int | None) -> tuple[Fram
     run, notes = sink.run_of(frame, reading)
     notes = [*run.frame.notes, *run.blocks.notes, *notes]
     completion = run.complete(threads=threads)
-    error = expected_error(completion)
-    outcome = _measured(sink.settings, frame, run, completion, error, threads)
-    written, more = sink.write(frame, reading, run, completion, error)
+    outcome = _measured(sink.settings, frame, completion, threads)
+    written, more = sink.write(frame, reading, completion)
     notes += [outcome.message, *completion.notes, *more]
     message = " ".join(dict.fromkeys(filter(None, notes)))
     return replace(outcome, message=message, plausibility_warnings=plausibility_warnings), written
 
 
-def _measured(
-    settings: BatchSettings,
-    frame: BatchFrame,
-    run: Run,
-    completion: Completion,
-    error: NDArray[np.float32],
-    threads: int | None,
-) -> FrameOutcome:
+def _measured(settings: BatchSettings, frame: BatchFrame, completion: Completion, threads: int | None) -> FrameOutcome:
     """Return the figures of a completed frame; its message tells of known depth that the hold-out leaves out."""
+    run, hidden, expected = completion.run, settings.hidden, error_summary(completion)
     missing, outside = run.frame.missing, run.frame.outside_view
-    expected = error_summary(error, completion)
-    hidden = settings.hidden
     whole = Evaluation() if hidden is None else evaluate_hold_out(run, hidden, threads=threads).whole
     ground_truth = Evaluation() if run.frame.ground_truth is None else evaluate_completion(run.frame, completion)
     return FrameOutcome(

@@ -10,9 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .._runtime.children import run_in_processes
 from .._runtime.files import file_sha256
 from .._runtime.formatting import counted
@@ -108,13 +105,13 @@ class FolderSink(Sink):
         return run, without
 
     def write(
-        self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
+        self, frame: BatchFrame, reading: LoadedFrame, completion: Completion
     ) -> tuple[dict[str, Any], Sequence[str]]:
         folder = self.folder_of(frame)
-        options, _ = drop_impossible(self.settings.options, run)
+        options, _ = drop_impossible(self.settings.options, completion.run)
         (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
-        written = write(folder, run, completion, options, error=error)
-        preview = write_preview(folder, run.frame, completion.depth, self.levels)
+        written = write(folder, completion, options)
+        preview = write_preview(folder, completion.frame, completion.depth, self.levels)
         steady = files_of(reading.frame) if self.settings.steady else ()
         facts = {
             "content": reading.content,

@@ -15,19 +15,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from .._runtime.children import run_in_processes
 from .._runtime.folders import Folder, folder_at
 from .._runtime.installation import optional
 from .._runtime.writing import ensure_folder, remove_empty
-from ..completion.confidence.expected_error import unsupported
 from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import FormatError, InputError
 from ..run.formats import FORMATS
-from ..run.run import Run
 from ..run.writing import contents, drop_impossible
 from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
@@ -89,13 +84,10 @@ class ShardSink(Sink):
         row = read_row(self.part(frame.number))
         return None if row is None else outcome_of(row)
 
-    def write(
-        self, frame: BatchFrame, reading: LoadedFrame, run: Run, completion: Completion, error: NDArray[np.float32]
-    ) -> tuple[Encoded, Sequence[str]]:
-        keep, (options, without) = self.shards.keep, drop_impossible(self.settings.options, run)
-        closed_off = unsupported(completion) if "unsupported" in keep else None
+    def write(self, frame: BatchFrame, reading: LoadedFrame, completion: Completion) -> tuple[Encoded, Sequence[str]]:
+        keep, (options, without) = self.shards.keep, drop_impossible(self.settings.options, completion.run)
         image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
-        made = contents(completion, options, error, closed_off, image)
+        made = contents(completion, options, image)
         (depth_format,) = options.depth_formats
         of_kept = (f"{DEPTH}.{depth_format}", f"expected_error.{depth_format}", "blocks.png", "unsupported.png", COLOUR)
         files: dict[str, bytes] = {}
@@ -108,7 +100,7 @@ class ShardSink(Sink):
             name = FORMATS[export].file
             files[name], found = made[name]()
             notes += [f"{name}: {note}" for note in found]
-        return (run.frame, files), [*notes, *without]
+        return (completion.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:
         if written is None:

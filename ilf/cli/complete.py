@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..completion.confidence.expected_error import expected_error
 from ..run.formats import Export
 from ..run.options import ExportOptions, output_folder_name
 from ..run.replaying import Replay, replay
@@ -72,15 +71,14 @@ def run(arguments: argparse.Namespace) -> None:
     completion = completed(run, shown=shows_progress(arguments))
     seconds = time.perf_counter() - started
     verdict = () if again is None else again.verdict(completion)
-    error = expected_error(completion) if options.expected_error else None
-    written = write(folder, run, completion, options, error=error)
+    written = write(folder, completion, options)
     notes = [*told, *run.blocks.notes, *completion.notes, *verdict, *written.notes]
     warn(notes)
     for export in exports:
         warn(export.write(completion))
     if arguments.quiet and not arguments.json:
         return
-    errors = errors_of(completion, error)
+    errors = errors_of(completion)
     record = completion_record(
         completion,
         errors,

@@ -11,7 +11,6 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from .._runtime.formatting import counted, covered, grouped
@@ -154,12 +153,12 @@ Errors = tuple[Evaluation | None, Mapping[int, Evaluation]]
 """Errors of a completion against ground truth, and those of its blocks by label; None and nothing without any."""
 
 
-def errors_of(completion: Completion, error: NDArray[np.float32] | None = None) -> Errors:
-    """Evaluate a completion, with its expected error [m] if that is known, against its frame's ground truth, if any."""
+def errors_of(completion: Completion) -> Errors:
+    """Evaluate a completion against its frame's ground truth, if any."""
     frame = completion.frame
     if frame.ground_truth is None:
         return None, {}
-    whole = evaluate_completion(frame, completion, expected=expected_error(completion) if error is None else error)
+    whole = evaluate_completion(frame, completion, expected=expected_error(completion))
     return whole, evaluate_blocks(frame, completion, completion.run.blocks.labels)
 
 

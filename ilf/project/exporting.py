@@ -128,8 +128,8 @@ def _exported(frame: FrameToExport, target: Path, options: ExportOptions, strict
     check_write(target, run, possible)
     if _is_unchanged(target, run, completion, possible):
         return ExportedFrame(frame.name, target, ExportStatus.UNCHANGED)
-    found = run.complete() if completion is None else completion
-    written = write(target, run, found, possible)
+    found = run.complete() if completion is None else replace(completion, run=run)
+    written = write(target, found, possible)
     notes = *without, *found.notes, *written.notes
     return ExportedFrame(frame.name, target, ExportStatus.WRITTEN, tuple(dict.fromkeys(notes)))
 
@@ -142,7 +142,7 @@ def _is_unchanged(target: Path, run: Run, completion: Completion | None, options
     except IlfError:  # there is none, or none of this version
         return False
     wanted = {label: run.parameters_of(label) for label in _labels(run)}
-    same_run = _inputs_of(record) == _inputs_of(make_record(run, compose(run, {}), options))
+    same_run = _inputs_of(record) == _inputs_of(make_record(compose(run, {}), options))
     same_depth = completion is None or record.depth_sha256 == array_sha256(completion.depth)
     if not (options.run_record and same_run and record.own_parameters == wanted and same_depth):
         return False

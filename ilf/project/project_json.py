@@ -12,7 +12,7 @@ from typing import Any
 from .._runtime.files import parse_json
 from .._runtime.formatting import counted
 from .._runtime.installation import __version__
-from .._runtime.schema import Section, check_schema, converted, strict_json
+from .._runtime.schema import PROGRAM, Section, check_schema, converted, strict_json
 from ..data.frame import FrameInputs
 from ..errors import FormatError, InputError
 from ..sources.frame_ref import FrameRef
@@ -21,7 +21,7 @@ from .archive import Parts
 from .codec import UNREADABLE, Read, Write, from_plain, to_plain
 from .project import FrameSummary, Project, ProjectFrame, Stage
 from .sources import FilePlace, Places
-from .state_codec import PROGRAM, SCHEMA, frame_part, read_head
+from .state_codec import SCHEMA, frame_part, read_head
 
 PROJECT = "project.json"
 _ID = r"[A-Za-z0-9_-]{1,64}"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.files import parse_json
 from .._runtime.installation import __version__
-from .._runtime.schema import check_schema, converted
+from .._runtime.schema import PROGRAM, check_schema, converted
 from ..data.arrays import frozen
 from ..data.blocks import Blocks, checked_labels
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
@@ -29,8 +29,6 @@ from .sources import MissingSource, Places, load_inputs, with_ground_truth
 
 SCHEMA = 2
 """Version of the format of a project's parts."""
-
-PROGRAM = "ilf-studio"
 
 _PACK_BYTES = 2**26
 """Size of the depth of results [bytes] from which a new part is begun."""

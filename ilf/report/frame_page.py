@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from .._runtime.formatting import millimetres
 from .._runtime.long_work import cancellable_items
 from ..completion.confidence.expected_error import RMS_NAME, error_summary, expected_error, summarised
 from ..data.parameters import BlockParameters
-from ..data.results import BlockResult, Completion, Status, blocks_by_message
+from ..data.results import BlockResult, Status, blocks_by_message
 from ..evaluation.evaluation import Evaluated, PixelErrors
 from ..evaluation.hold_out import RunEvaluation
 from ..run.options import ExportOptions
@@ -37,8 +39,8 @@ def frame_page(subject: Subject, id: str, most: int, hidden: RunEvaluation | Non
         The evaluation on hold-out, if there is one.
     """
     run, completion, frame = subject.run, subject.completion, subject.run.frame
-    expected = expected_error(completion)
-    errors, evaluations = error_summary(expected, completion), _evaluations(subject, expected, hidden)
+    expected, errors = expected_error(completion), error_summary(completion)
+    evaluations = _evaluations(subject, hidden)
     blocks, lines = _blocks(run), curve_lines(subject)
     extraction = run.blocks.extraction or BlockParameters()
     differs = extraction.differences_from(BlockParameters())
@@ -65,10 +67,10 @@ def frame_page(subject: Subject, id: str, most: int, hidden: RunEvaluation | Non
         faults=blocks_by_message(outcome for outcome in completion.outcomes.values() if outcome.status in wrong),
         extraction={name: value for name, value in differs.items() if extraction.has_effect(name)},
         own={label: values for label, values in own.items() if values},
-        pictures=cancellable_items(frame_pictures(subject, expected, hidden, most)),
+        pictures=cancellable_items(frame_pictures(subject, hidden, most)),
         lines=lines,
         plots=curve_plots(subject, lines),
-        record=make_record(run, completion, ExportOptions()),
+        record=make_record(replace(completion, run=run), ExportOptions()),
     )
     against = evaluations.get(GROUND_TRUTH)
     return html, {
@@ -96,12 +98,12 @@ def _blocks(run: Run) -> dict[int, tuple[int, float]]:
     return {label: (int(pixels[label]), 1 - known[label] / pixels[label]) for label in there}
 
 
-def _evaluations(subject: Subject, expected: NDArray[np.float32], hidden: RunEvaluation | None) -> dict[str, Evaluated]:
+def _evaluations(subject: Subject, hidden: RunEvaluation | None) -> dict[str, Evaluated]:
     """All evaluations of the frame by their names."""
-    run, completion = subject.run, subject.completion
-    found = {GROUND_TRUTH: _against_ground_truth(run, completion, completion.filled_by_blocks, expected)}
+    completion = subject.completion
+    found = {GROUND_TRUTH: _against_ground_truth(subject, completion.filled_by_blocks)}
     if completion.extrapolated.any():
-        whole = _against_ground_truth(run, completion, completion.filled, expected)
+        whole = _against_ground_truth(subject, completion.filled)
         found[f"{GROUND_TRUTH}, including extrapolated pixels"] = whole
     there = {name: evaluated for name, evaluated in found.items() if evaluated is not None}
     if hidden is not None and (test := hidden.test) is not None:
@@ -110,24 +112,20 @@ def _evaluations(subject: Subject, expected: NDArray[np.float32], hidden: RunEva
     return there
 
 
-def _against_ground_truth(
-    run: Run, completion: Completion, filled: NDArray[np.bool_], expected: NDArray[np.float32]
-) -> Evaluated | None:
+def _against_ground_truth(subject: Subject, filled: NDArray[np.bool_]) -> Evaluated | None:
     """Evaluate some of the filled pixels against the frame's ground truth; None without it, or if no block was run.
 
     Parameters
     ----------
-    run : Run
-    completion : Completion
+    subject : Subject
     filled : ndarray of bool, shape (H, W)
         The pixels to evaluate; the other missing ones count as not filled.
-    expected : ndarray of float32, shape (H, W)
-        `expected_error` of the completion [m].
     """
+    run, completion = subject.run, subject.completion
     ground_truth = run.frame.ground_truth
     if ground_truth is None or not completion.results:
         return None
     wanted = run.frame.missing & np.isfinite(ground_truth)
     depth = np.where(filled, completion.depth, np.float32(np.nan))
-    errors = PixelErrors.at(wanted, depth, ground_truth, expected)
+    errors = PixelErrors.at(wanted, depth, ground_truth, expected_error(completion))
     return Evaluated(run.blocks.labels, (errors,))

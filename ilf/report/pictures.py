@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from .._runtime.formatting import counted, length_text
+from ..completion.confidence.expected_error import expected_error
 from ..data.pictures import MISSING, Colour, depth_colours, difference_colours, error_colours
 from ..data.results import History, IterationRecord
 from ..drawing.blocks import inner_points
@@ -58,16 +59,12 @@ class Picture:
     legend: Mapping[str, Colour] = field(default_factory=dict)
 
 
-def frame_pictures(
-    subject: Subject, expected: NDArray[np.float32], hidden: RunEvaluation | None, most: int
-) -> Iterator[Picture]:
+def frame_pictures(subject: Subject, hidden: RunEvaluation | None, most: int) -> Iterator[Picture]:
     """Draw all pictures of a frame.
 
     Parameters
     ----------
     subject : Subject
-    expected : ndarray of float32, shape (H, W)
-        `expected_error` of the completion [m].
     hidden : RunEvaluation or None
     most : int
         Maximum width and height of a picture [px].
@@ -84,6 +81,7 @@ def frame_pictures(
         legend = {} if indices.all() else {"no depth": MISSING}
         yield Picture(title, _png(indices, table), "", _bar(table), ticks, legend)
     yield _origin(subject, shape)
+    expected = expected_error(completion)
     if np.isfinite(expected).any():
         yield _expected(expected, shape)
     if frame.ground_truth is not None and completion.filled.any():

@@ -37,7 +37,6 @@ from ..io.encodings import encoding_of
 from ..segmentation.edges.detectors import DepthEdgeNetwork, load_model
 from . import files
 from .options import ExportOptions
-from .run import Run
 
 # What a result may depend on besides the run: libraries, and the processor.
 
@@ -265,17 +264,16 @@ class RunRecord:
         return {outcome.label: own.get(outcome.label, self.parameters) for outcome in self.blocks_outcome}
 
 
-def make_record(run: Run, completion: Completion, options: ExportOptions) -> RunRecord:
-    """Make the record of a run, with the parameters that the blocks were actually run with.
+def make_record(completion: Completion, options: ExportOptions) -> RunRecord:
+    """Make the record of a completion's run, with the parameters that the blocks were actually run with.
 
     Parameters
     ----------
-    run : Run
     completion : Completion
     options : ExportOptions
         Options of the written files.
     """
-    results, frame = completion.results, run.frame
+    run, results, frame = completion.run, completion.results, completion.frame
     by_hand, guide = run.blocks.by_hand, frame.guide
     # for recordings, the replay registers the depth again
     is_of_files = frame.inputs is not None and frame.inputs.frame is None

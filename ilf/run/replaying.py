@@ -39,7 +39,7 @@ from ..segmentation.extraction import found_blocks
 from ..sources.frame_ref import FrameRef
 from ..sources.named_places import NotAllowed, first_allowed, note_opened
 from ..sources.neighbours import seen_by
-from ..sources.reading import load_frame, read_frame
+from ..sources.reading import read_frame
 from . import files
 from .curves import read_curves
 from .options import DEPTH_FILES, ExportOptions
@@ -254,9 +254,8 @@ def _recorded_frame(
     is_whole = inputs.frame is None
     colour = _place_of(inputs.rgb, "colour file" if is_whole else "recording", folder, rgb, is_whole)
     found = _place_of(inputs.depth, "depth file", folder, depth) if is_whole else None
-    others = {"rgb", "depth", "ground_truth", "ground_truth_units"}
-    how = {name: value for name, value in inputs.arguments.items() if name not in others}
-    frame = load_frame(colour, found, **how, name=record.name, beside=False, warn=False)
+    ref = replace(FrameRef.of(replace(inputs, ground_truth=None)), rgb=str(colour), depth=found and str(found))
+    frame = read_frame(ref, name=record.name, beside=False)
     read = frame.inputs
     if read is None or (read.rgb.sha256, read.depth.sha256) != (inputs.rgb.sha256, inputs.depth.sha256):
         if inputs.frame is not None:

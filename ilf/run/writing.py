@@ -73,25 +73,17 @@ def drop_impossible_cloud(
     return replace(options, cloud=None), (note,)
 
 
-def write_cloud_and_mesh(
-    folder: Path,
-    run: Run,
-    completion: Completion,
-    options: ExportOptions,
-    error: NDArray[np.float32] | None,
-    unsupported_mask: NDArray[np.bool_] | None,
-) -> list[str]:
+def write_cloud_and_mesh(folder: Path, completion: Completion, options: ExportOptions) -> list[str]:
     """Write the selected cloud and mesh; returns notes.
 
     Parameters
     ----------
     folder : Path
-    run, completion, options
+    completion, options
         As for `write`; the frame's camera is known.
-    error, unsupported_mask : ndarray, optional
-        Expected error [m] and mask of unsupported depth, both (H, W), if they are written for every point.
     """
-    camera, depth, rgb = run.frame.intrinsics, completion.depth, run.frame.rgb
+    frame, depth = completion.frame, completion.depth
+    camera, rgb = frame.intrinsics, frame.rgb
     if camera is None or not (options.cloud or options.mesh):
         return []
     notes = []
@@ -103,9 +95,9 @@ def write_cloud_and_mesh(
     known: dict[str, Any] = {
         "only": only,
         "normals": surface_normals(depth, camera) if options.normals else None,
-        "scalars": _scalars(run, completion, error, unsupported_mask),
+        "scalars": _scalars(completion, options),
     }
-    pose = run.frame.pose if options.axes == WORLD else None
+    pose = frame.pose if options.axes == WORLD else None
     axes = options.axes if pose is None else "camera"
     if options.cloud is not None:
         cloud = point_cloud(depth, rgb, camera, **known)
@@ -124,17 +116,16 @@ def write_cloud_and_mesh(
     return notes
 
 
-def _scalars(
-    run: Run, completion: Completion, error: NDArray[np.float32] | None, unsupported_mask: NDArray[np.bool_] | None
-) -> dict[str, NDArray[Any]]:
+def _scalars(completion: Completion, options: ExportOptions) -> dict[str, NDArray[Any]]:
     """Scalar values of every pixel for the cloud and the mesh."""
+    run = completion.run
     scalars = {
-        "expected_error": error,
+        "expected_error": expected_error(completion) if options.expected_error else None,
         "filled": completion.filled,
         "block": run.blocks.labels,
         "from_neighbours": None if run.frame.from_neighbours is None else completion.from_neighbours,
         "by_hand": None if run.blocks.by_hand is None else completion.by_hand,
-        "unsupported": unsupported_mask,
+        "unsupported": unsupported(completion) if options.expected_error else None,
     }
     return {name: values for name, values in scalars.items() if values is not None}
 
@@ -198,14 +189,12 @@ def _names_of_run(run: Run, formats: Sequence[str]) -> list[str]:
 
 def write(
     folder: str | os.PathLike[str],
-    run: Run,
     completion: Completion,
     options: ExportOptions | None = None,
     *,
-    error: NDArray[np.float32] | None = None,
     overwrite: bool = True,
 ) -> Written:
-    """Write the selected files into a folder: all of them, or none.
+    """Write the selected files of a completion into a folder: all of them, or none.
 
     `run.json` is written last and contains the SHA-256 of the others: without it, or with other files, the set is
     incomplete. `meta.json` makes the folder a frame that can be opened again, with the completed depth; for a frame of
@@ -215,13 +204,9 @@ def write(
     ----------
     folder : path-like
         Created if missing. Other files in it are not changed.
-    run : Run
     completion : Completion
-        Result of the run.
     options : ExportOptions, optional
         The defaults if left out.
-    error : ndarray of float32, shape (H, W), optional
-        Its expected error [m], if that is known already.
     overwrite : bool
         Whether files of an earlier export may be replaced.
 
@@ -242,35 +227,29 @@ def write(
     >>> import numpy as np
     >>> depth = np.full((20, 30), 2.0)
     >>> depth[8:12, 10:20] = np.nan
-    >>> run = ilf.Run.of(ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, intrinsics=(30, 30, 15, 10)))
+    >>> frame = ilf.RGBDFrame(np.zeros((20, 30, 3), np.uint8), depth, intrinsics=(30, 30, 15, 10))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     written = write(folder, run, run.complete())
+    ...     written = write(folder, ilf.complete(frame))
     >>> [path.name for path in written.files][:2]
     ['depth.png', 'depth.npy']
     """
-    chosen, target = options or ExportOptions(), Path(folder).absolute()
+    run, chosen, target = completion.run, options or ExportOptions(), Path(folder).absolute()
     check_write(target, run, chosen, overwrite=overwrite)
     names = filenames(run, chosen)
-    unsupported_mask = None
-    if chosen.expected_error and (chosen.depth_formats or chosen.cloud or chosen.mesh):
-        error = expected_error(completion) if error is None else error
-        unsupported_mask = unsupported(completion)
-    else:
-        error = None
     image = colour_path(target, run, chosen) if chosen.exports else ""
-    made = contents(completion, chosen, error, unsupported_mask, image)
-    notes = list(_notes(completion, chosen, unsupported_mask))
+    made = contents(completion, chosen, image)
+    notes = list(_notes(completion, chosen))
     with staging(target) as staged:
         for name in cancellable_items([name for name in names if name in made]):
             content, found = made[name]()
             write_bytes(staged / name, content)
             notes += [f"{name}: {note}" for note in found]
-        notes += write_cloud_and_mesh(staged, run, completion, chosen, error, unsupported_mask)
+        notes += write_cloud_and_mesh(staged, completion, chosen)
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
         if chosen.run_record:
             outputs = {name: file_sha256(staged / name) for name in cancellable_items(names) if name != RECORD_FILE}
-            record = dataclasses.replace(make_record(run, completion, chosen), outputs=outputs)
+            record = dataclasses.replace(make_record(completion, chosen), outputs=outputs)
             write_bytes(staged / RECORD_FILE, to_json(record))
             if run.blocks.edited and not chosen.labels:
                 notes.append(f"{RECORD_FILE} cannot be replayed without {files.LABELS}: the blocks were edited.")
@@ -286,7 +265,7 @@ def save(
     chosen, notes = (options or ExportOptions()).replace(**changes), tuple[str, ...]()
     if options is None and "cloud" not in changes:
         chosen, notes = drop_impossible_cloud(chosen, completion.frame, ": make the frame with intrinsics=")
-    written = write(folder, completion.run, completion, chosen)
+    written = write(folder, completion, chosen)
     return replace(written, notes=(*notes, *written.notes))
 
 
@@ -368,21 +347,13 @@ def colour_path(folder: Path, run: Run, options: ExportOptions) -> str:
     return files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
 
 
-def contents(
-    completion: Completion,
-    options: ExportOptions,
-    error: NDArray[np.float32] | None = None,
-    unsupported_mask: NDArray[np.bool_] | None = None,
-    image: str = "",
-) -> dict[str, Callable[[], Content]]:
+def contents(completion: Completion, options: ExportOptions, image: str = "") -> dict[str, Callable[[], Content]]:
     """Return what makes the files of a completion, but for cloud, mesh, meta.json and record: name -> call.
 
     Parameters
     ----------
     completion : Completion
     options : ExportOptions
-    error, unsupported_mask : ndarray, optional
-        Expected error [m] and mask of unsupported depth, both (H, W), for the files with them.
     image : str
         Path of the colour file as seen from the other files, for those of other programs; "" for none.
     """
@@ -392,23 +363,24 @@ def contents(
         files.CURVES: lambda: (encode_curves(completion.history), ()),
         # the encoder expects BGR
         files.COLOUR: lambda: (encode_image(".png", run.frame.rgb[..., ::-1]), ()),
+        files.UNSUPPORTED: lambda: _encoded(unsupported(completion)),
     }
     for depth_format, name in DEPTH_FILES.items():
         made[name] = partial(encode_depth, name, completion.depth, units)
-        if error is not None:
-            of_error = ERROR_FILES[depth_format]
-            made[of_error] = partial(encode_expected_error, of_error, error, units)
+        of_error = ERROR_FILES[depth_format]
+        made[of_error] = partial(_error, of_error, completion, units)
         if run.frame.brought is not None:
             of_colour = ALIGNED_FILES[depth_format]
             made[of_colour] = partial(_aligned, of_colour, completion, units)
-    arrays = _arrays(run, completion)
-    if unsupported_mask is not None:
-        arrays[files.UNSUPPORTED] = unsupported_mask
-    for name, array in arrays.items():
+    for name, array in _arrays(run, completion).items():
         made[name] = partial(_encoded, array)
     for name in options.exports:
         made[FORMATS[name].file] = partial(FORMATS[name].content, completion, image)
     return made
+
+
+def _error(name: str, completion: Completion, units: float) -> Content:
+    return encode_expected_error(name, expected_error(completion), units)
 
 
 def _aligned(name: str, completion: Completion, units: float) -> Content:
@@ -419,7 +391,7 @@ def _encoded(array: NDArray[Any]) -> Content:
     return (encode_mask if array.dtype == np.bool_ else encode_npy)(array), ()
 
 
-def _notes(completion: Completion, options: ExportOptions, unsupported_mask: NDArray[np.bool_] | None) -> Iterator[str]:
+def _notes(completion: Completion, options: ExportOptions) -> Iterator[str]:
     """Yield what the user should know of the files as a whole."""
     run = completion.run
     if run.extrapolate and (count := np.count_nonzero(completion.extrapolated)):
@@ -427,10 +399,10 @@ def _notes(completion: Completion, options: ExportOptions, unsupported_mask: NDA
     given = options.depth_units if run.frame.inputs is None else run.frame.inputs.depth_units
     if "png" in options.depth_formats and (coarser := precision_loss(given, options.depth_units)):
         yield f"{DEPTH_FILES['png']}: {coarser}"
-    if unsupported_mask is None:
+    if not (options.expected_error and (options.depth_formats or options.cloud or options.mesh)):
         return
     yield from (note for note in default_edges(run.frame).notes if note not in completion.notes)
-    if options.depth_formats and (count := np.count_nonzero(unsupported_mask & ~completion.extrapolated)):
+    if options.depth_formats and (count := np.count_nonzero(unsupported(completion) & ~completion.extrapolated)):
         yield f"Unsupported by measurements: {counted(count, 'pixel')}, see {files.UNSUPPORTED}."
 
 

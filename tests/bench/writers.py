@@ -79,34 +79,31 @@ def _labels() -> np.ndarray:
     return labels
 
 
-def _runs() -> list[tuple[ilf.Run, ilf.Completion]]:
+def _completions() -> list[ilf.Completion]:
     quick = ilf.preset(max_iterations=2, correction=False)
-    runs = [ilf.Run(_frame(shift), _labels(), quick) for shift in (0.0, 0.25)]
-    return [(run, run.complete()) for run in runs]
+    return [ilf.Run(_frame(shift), _labels(), quick).complete() for shift in (0.0, 0.25)]
 
 
 def _run(folder: Path) -> Write:
-    versions = _runs()
+    versions = _completions()
     options = ExportOptions(depth_formats=("png", "tiff", "npy"), mesh="ply")
-    return lambda target, version: write(target, *versions[version], options)
+    return lambda target, version: write(target, versions[version], options)
 
 
 def _export(folder: Path) -> Write:
     """Other formats, as offered in the window's dialog."""
-    versions = _runs()
+    versions = _completions()
     options = ExportOptions(depth_formats=("tiff",), cloud="pcd", mesh="glb", curves=False, normals=True)
-    return lambda target, version: write(target, *versions[version], options)
+    return lambda target, version: write(target, versions[version], options)
 
 
 def _cloud(folder: Path) -> Write:
     """Clouds and meshes only."""
-    versions = [
-        (ilf.Run(_frame(shift), _labels()), ilf.complete(_frame(shift), _labels() * 0)) for shift in (0.0, 0.25)
-    ]
+    versions = [ilf.complete(_frame(shift), _labels() * 0) for shift in (0.0, 0.25)]
     options = ExportOptions(
         (), expected_error=False, labels=False, curves=False, cloud="ply", mesh="obj", run_record=False
     )
-    return lambda target, version: write(target, *versions[version], options)
+    return lambda target, version: write(target, versions[version], options)
 
 
 def _project(folder: Path) -> Write:

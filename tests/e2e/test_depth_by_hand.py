@@ -1,5 +1,7 @@
 """Depth by hand in the real window: picked, painted, seen, solved live, taken from a plane, undone, exported."""
 
+from dataclasses import replace
+
 import numpy as np
 from PySide6.QtCore import Qt
 
@@ -81,6 +83,6 @@ def test_depth_by_hand(opened, qtbot, run_all, tmp_path):
 
     # and a run exported from here is replayed bit for bit
     run, completion = document.run(workspace.parameters.current), document.completion()
-    write(tmp_path / "out", run, completion)
+    write(tmp_path / "out", replace(completion, run=run))
     again = replay(tmp_path / "out" / "run.json")
     assert again.verdict(again.run.complete()) == ()

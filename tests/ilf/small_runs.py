@@ -52,7 +52,7 @@ def with_depth_by_hand(run: ilf.Run) -> ilf.Run:
 
 def written(run: ilf.Run, folder: Path, options: ExportOptions = OPTIONS) -> Path:
     """Run it and write its files; returns the path of its record."""
-    write(folder, run, run.complete(), options)
+    write(folder, run.complete(), options)
     return folder / "run.json"
 
 

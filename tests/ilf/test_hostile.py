@@ -207,6 +207,6 @@ def test_sources_that_are_deleted_while_open_do_not_keep_results_from_being_writ
         path.unlink()
     (tmp_path / "in").rmdir()
     run = ilf.Run.of(frame, preset=ilf.preset(**QUICK))
-    written = write(tmp_path / "out", run, run.complete(), ExportOptions(cloud="ply", mesh="ply"))
+    written = write(tmp_path / "out", run.complete(), ExportOptions(cloud="ply", mesh="ply"))
     assert all(path.is_file() for path in written.files)
     assert "run.json" in {path.name for path in written.files}

@@ -15,7 +15,7 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QToolBar, QVBoxLayout, QWidget
 
 from ilf._runtime.formatting import counted
-from ilf.completion.confidence.expected_error import error_summary, expected_error
+from ilf.completion.confidence.expected_error import error_summary
 from ilf.data.parameters import Parameters, nearest_preset
 from ilf.data.results import BlockResult, compose
 from ilf.evaluation.evaluation import evaluate
@@ -52,7 +52,7 @@ def measure(
     completion = compose(run, results)
     if not completion.filled.any():
         return _UNDEFINED
-    expected = error_summary(expected_error(completion), completion).rms
+    expected = error_summary(completion).rms
     if ground_truth is None:
         return math.nan, expected
     return evaluate(completion.depth, ground_truth, completion.filled).rmse, expected

@@ -173,7 +173,7 @@ def expected_error(completion: Completion) -> Array:
 
     Extrapolated pixels have the model of their filter, which is that of "best". A guide that is followed makes the
     expected error smaller, by what the hold-out for it says. Where neighbours have measured, it is estimated by how
-    their depth differs from the frame's own.
+    their depth differs from the frame's own. It is computed once for a completion.
 
     Parameters
     ----------
@@ -200,6 +200,11 @@ def expected_error(completion: Completion) -> Array:
     (40, True)
     """
     check_kind(completion, Completion, *_COMPLETION)
+    return _expected_error(completion).copy()
+
+
+@once_per_frame
+def _expected_error(completion: Completion) -> Array:
     frame = completion.frame
     if filled_pixels(frame, completion.depth).any():
         error = _modelled_error(completion)
@@ -242,7 +247,7 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
 
     They are extrapolated; closed off by edges on all sides from known depth; beyond the sensor range; farther or nearer
     than all measured depth; stated by hand; or in a block with too little measured depth, which is completed from a
-    guide or depth by hand alone.
+    guide or depth by hand alone. They are found once for a completion.
 
     Parameters
     ----------
@@ -267,6 +272,11 @@ def unsupported(completion: Completion) -> NDArray[np.bool_]:
     False
     """
     check_kind(completion, Completion, *_COMPLETION)
+    return _unsupported(completion).copy()
+
+
+@once_per_frame
+def _unsupported(completion: Completion) -> NDArray[np.bool_]:
     frame, depth = _trusted(completion)
     filled = filled_pixels(frame, depth)
     if not filled.any():
@@ -399,14 +409,7 @@ def summarised(error: NDArray[np.floating]) -> ErrorSummary:
     return ErrorSummary(rms, float(np.median(known)), float(np.quantile(known, 0.9)))
 
 
-def error_summary(error: NDArray[np.floating], completion: Completion) -> ErrorSummary:
+def error_summary(completion: Completion) -> ErrorSummary:
     """Compute the statistics of a completion over the pixels filled by its blocks; the expected errors of extrapolated
-    pixels are not calibrated.
-
-    Parameters
-    ----------
-    error : ndarray of float, shape (H, W)
-        `expected_error` of the completion.
-    completion : Completion
-    """
-    return summarised(error[completion.filled_by_blocks])
+    pixels are not calibrated."""
+    return summarised(expected_error(completion)[completion.filled_by_blocks])

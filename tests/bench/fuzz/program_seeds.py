@@ -39,7 +39,7 @@ def replay(folder: Path) -> list[bytes]:
         own = {1: quick.replace(smoothness=2)}
         blocks = dataclasses.replace(run.blocks, drawn=None if run.frame is frame else drawn)
         run = dataclasses.replace(run, blocks=blocks).with_parameters(quick, own)
-        write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+        write(folder / "out", run.complete(), ExportOptions(cloud=None))
         contents.append((folder / "out" / "run.json").read_bytes())
     return contents
 
@@ -77,7 +77,7 @@ def result(folder: Path) -> None:
     """A result with a pose, and its files."""
     frame = dataclasses.replace(small_frame(folder / "frame"), pose=np.eye(4))
     run = ilf.Run.of(frame, preset=ilf.preset(**_QUICK), extraction=ilf.BlockParameters(detector="canny"))
-    write(folder / "out", run, run.complete(), ExportOptions(cloud=None))
+    write(folder / "out", run.complete(), ExportOptions(cloud=None))
 
 
 def bench_frame(folder: Path) -> list[bytes]:

@@ -299,7 +299,7 @@ def record(folder: Path) -> None:
     drawn[10:20, 39] = True
     run = ilf.Run.of(frame, preset=ilf.preset(max_iterations=3))
     run = ilf.Run(frame, ilf.Blocks(run.blocks.labels, own={1: {"smoothness": 2.0}}, drawn=drawn), run.parameters)
-    write(folder / "out", run, run.complete(), ExportOptions(cloud="ply"))
+    write(folder / "out", run.complete(), ExportOptions(cloud="ply"))
 
 
 def time_lists(folder: Path) -> list[bytes]:

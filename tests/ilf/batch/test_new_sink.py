@@ -23,7 +23,7 @@ class Depths(Sink):
         path = self.folder / f"{frame.folder}.outcome"
         return pickle.loads(path.read_bytes()) if path.exists() else None
 
-    def write(self, frame, reading, run, completion, error):
+    def write(self, frame, reading, completion):
         np.save(self.folder / f"{frame.folder}.npy", completion.depth)
         return True, ()
 

@@ -99,6 +99,17 @@ def test_sparse_frames_have_a_model_of_their_own():
     assert not np.array_equal(depth_error(dense, PLANE), depth_error(dense, PLANE, "sparse"), equal_nan=True)
 
 
+def test_a_completion_has_one_error_of_which_each_caller_has_a_copy(tmp_path, monkeypatch):
+    completion = ilf.complete(ilf.load_frame(*write_small_frame(tmp_path)), preset=ilf.preset("paper", **QUICK))
+    both = ilf.expected_error(completion), ilf.unsupported(completion)
+    monkeypatch.setattr("ilf.completion.confidence.expected_error.walks_with_edges", None)
+    again = ilf.expected_error(completion), ilf.unsupported(completion)
+    for first, second in zip(both, again, strict=True):
+        kept = second.copy()
+        first[:] = 1
+        np.testing.assert_array_equal(second, kept)
+
+
 def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     frame = ilf.load_frame(*write_small_frame(tmp_path))
     labels = np.tile(np.where(np.arange(80) < 40, 1, 2).astype(np.int32), (60, 1))
@@ -106,10 +117,10 @@ def test_figures_of_expected_errors_are_over_what_blocks_have_filled(tmp_path):
     extrapolate = replace(completion, extrapolated=completion.filled & (labels == 2))
     error = ilf.expected_error(extrapolate)
     of_blocks = error[completion.filled & (labels == 1)].astype(np.float64)
-    figures = error_summary(error, extrapolate)
+    figures = error_summary(extrapolate)
     assert figures.rms == pytest.approx(np.sqrt(np.mean(of_blocks**2)))
     assert (figures.median, figures.p90) == pytest.approx((np.median(of_blocks), np.quantile(of_blocks, 0.9)))
-    assert error_summary(error, completion).rms != figures.rms
+    assert error_summary(completion).rms != figures.rms
     assert np.isnan(summarised(np.full(3, np.nan, np.float32))).all()
 
 

@@ -161,7 +161,7 @@ def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgement
         assert row[7] == millimetres(outcome.sigma_i)
         assert row[9] == millimetres(by_block[outcome.label].rmse)
     # expected errors, each by its name
-    figures = error_summary(expected, subject.completion)
+    figures = error_summary(subject.completion)
     for name, figure in (("Expected error, RMS", figures.rms), ("Expected error, median", figures.median)):
         assert page.words[page.words.index(name) + 1] == f"{millimetres(figure)} mm"
     heads = [cell for table in page.tables for cell in table[0] if "expected error" in cell.lower() and "mm" in cell]

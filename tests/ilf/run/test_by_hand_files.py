@@ -21,7 +21,7 @@ ARGUMENTS = ["--max-iterations", "25", "--intrinsics", CAMERA]
 def test_it_is_marked_in_the_results(tmp_path):
     run = with_depth_by_hand(small_run(tmp_path))
     completion = run.complete()
-    write(tmp_path / "out", run, completion, ExportOptions(cloud="ply"))
+    write(tmp_path / "out", completion, ExportOptions(cloud="ply"))
     marked = read_mask(tmp_path / "out" / "by_hand.png", run.frame.shape)
     assert np.array_equal(marked, run.blocks.by_hand.pixels & run.frame.missing & (run.blocks.labels > 0))
     assert np.array_equal(marked, completion.by_hand)
@@ -32,7 +32,7 @@ def test_it_is_marked_in_the_results(tmp_path):
     assert sum(outcome["by_hand"] for outcome in record["blocks_outcome"]) == marked.sum()
 
     plain = small_run(tmp_path)
-    write(tmp_path / "plain", plain, plain.complete(), ExportOptions(cloud="ply"))
+    write(tmp_path / "plain", plain.complete(), ExportOptions(cloud="ply"))
     assert not {"by_hand.png", "depth_by_hand.npy"} & contents(tmp_path / "plain").keys()
     assert "scalar_by_hand" not in read_points(tmp_path / "plain" / "cloud.ply")
 

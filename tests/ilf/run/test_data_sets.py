@@ -41,9 +41,7 @@ def framed(tmp_path):
 
 def written(folder: Path, frame: ilf.RGBDFrame, options: ExportOptions | None = None) -> Path:
     """A result without blocks: its depth is as it was read."""
-    run = ilf.Run(frame, np.zeros(frame.shape, np.int32))
-    completion = run.complete()
-    write(folder, run, completion, options or ExportOptions(cloud=None))
+    write(folder, ilf.complete(frame, np.zeros(frame.shape, np.int32)), options or ExportOptions(cloud=None))
     return folder
 
 

@@ -282,7 +282,7 @@ def test_a_full_or_read_only_disk_leaves_what_was_there(completion, out, tmp_pat
 
     monkeypatch.setattr(Path, "write_bytes", write_bytes)
     with pytest.raises(ExportError, match=problem):
-        write(out, completion.run, completion, ExportOptions(exports=("exr", "coco.json")))
+        write(out, completion, ExportOptions(exports=("exr", "coco.json")))
     with pytest.raises(ExportError, match=problem):
         completion.export(tmp_path / "one.coco.json")
     assert contents(out) == before

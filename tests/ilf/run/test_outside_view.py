@@ -101,7 +101,7 @@ def test_a_run_writes_the_mask_and_records_what_was_left(frame, tmp_path):
     record = read_record(tmp_path / "out" / "run.json")
     assert record.blocks_outcome == tuple(completion.outcomes.values())
     assert record.blocks_outcome[0].outside == OUTSIDE.sum()
-    plain = make_record(ilf.Run(made(outside_view=None), BLOCKS, QUICK), completion, ExportOptions())
+    plain = make_record(replace(completion, run=replace(run, frame=made(outside_view=None))), ExportOptions())
     assert b'"outside":' in to_json(record)
     assert b'"outside":' not in to_json(replace(plain, blocks_outcome=()))
 
@@ -128,7 +128,7 @@ def test_a_completed_folder_is_a_frame_with_it(opened_again, tmp_path):
     again = ilf.replay(tmp_path / "again" / "run.json")
     np.testing.assert_array_equal(again.run.frame.outside_view, OUTSIDE)
     np.testing.assert_array_equal(again.run.frame.pose, pose)
-    assert make_record(again.run, again.run.complete(), again.options).outside_view == again.record.outside_view
+    assert make_record(again.run.complete(), again.options).outside_view == again.record.outside_view
     (tmp_path / "again" / "outside_view.png").unlink()
     with pytest.raises(InputError, match="the outside view of this run"):
         ilf.replay(tmp_path / "again" / "run.json")

@@ -57,12 +57,12 @@ def test_the_record_vouches_for_every_file_of_the_set(tmp_path):
 def test_the_record_vouches_for_the_networks(tmp_path):
     run = small_run(tmp_path)
     run = run.with_parameters(run.parameters, {1: ilf.preset("paper", **QUICK)})
-    record = make_record(run, run.complete(), OPTIONS)
+    record = make_record(run.complete(), OPTIONS)
     bundled = sha256(asset_path("models/edges.onnx"))
     assert record.networks.extraction == {"edges": bundled}
     assert record.networks.filter == {"edges": bundled, "correction": sha256(asset_path("models/correction.onnx"))}
     other = ilf.Run(run.frame, replace(run.blocks, own={}, network=None), ilf.preset("paper", **QUICK))
-    record = make_record(other, other.complete(), OPTIONS)
+    record = make_record(other.complete(), OPTIONS)
     assert (record.networks.extraction, record.networks.filter) == ({}, {})
 
 
@@ -197,6 +197,6 @@ def test_the_common_parameters_are_those_of_most_blocks(tmp_path):
     special = ilf.preset(**QUICK, mode="fill+denoise")
     mixed = replace(run, blocks=replace(run.blocks, labels=labels))
     mixed = mixed.with_parameters(run.parameters, {1: special, 3: special})
-    record = make_record(mixed, mixed.complete(), OPTIONS)
+    record = make_record(mixed.complete(), OPTIONS)
     assert record.parameters == special
     assert record.own_parameters == {1: special, 2: run.parameters, 3: special}

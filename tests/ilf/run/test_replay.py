@@ -36,7 +36,7 @@ from ..small_runs import (
 def replayed(path: Path, out: Path, *files: Path) -> Replay:
     """Replay a record and write what comes out."""
     again = ilf.replay(path, *files)
-    write(out, again.run, again.run.complete(), again.options)
+    write(out, again.run.complete(), again.options)
     return again
 
 
@@ -61,7 +61,7 @@ def test_replay_gives_the_same_bytes(tmp_path, how):
     assert again.differences == ()
     assert again.verdict(again.run.complete()) == ()
     assert contents(tmp_path / "again") == contents(tmp_path / "out")
-    write(tmp_path / "restored", again.run, again.completion, again.options)
+    write(tmp_path / "restored", again.completion, again.options)
     assert contents(tmp_path / "restored") == contents(tmp_path / "out")
 
 

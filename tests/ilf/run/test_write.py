@@ -35,7 +35,7 @@ def completion(run):
 
 def test_all_chosen_files_are_written_and_hold_the_result(run, completion, tmp_path):
     out = tmp_path / "deep" / "out"
-    found = write(out, run, completion, ALL)
+    found = write(out, completion, ALL)
     assert [path.name for path in found.files] == list(filenames(run, ALL))
     assert set(contents(out)) == set(filenames(run, ALL)) == {*filenames(None, ALL), "meta.json"}
     assert found.notes == ()
@@ -57,16 +57,16 @@ def test_what_is_asked_for_twice_is_written_once():
 def test_only_chosen_files_are_written_and_others_left_alone(run, completion, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     options = ExportOptions((), expected_error=False, labels=True, curves=False, cloud=None, run_record=False)
-    write(tmp_path, run, completion, options)
+    write(tmp_path, completion, options)
     assert {path.name for path in tmp_path.iterdir()} == {"in", "notes.txt", "blocks.png"}
     nothing = replace(options, labels=False)
     assert filenames(run, nothing) == ()
-    assert write(tmp_path / "empty", run, completion, nothing).files == ()
+    assert write(tmp_path / "empty", completion, nothing).files == ()
 
 
 @pytest.mark.parametrize(("formats", "units"), [(("png",), 2000.0), (("png", "npy"), 2000.0), (("tiff",), 1000.0)])
 def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, units):
-    write(tmp_path / "out", run, completion, replace(ALL, depth_formats=formats, depth_units=units))
+    write(tmp_path / "out", completion, replace(ALL, depth_formats=formats, depth_units=units))
     again = ilf.load_frame(tmp_path / "out")
     np.testing.assert_array_equal(again.rgb, run.frame.rgb)
     tolerance = 0 if formats != ("png",) else 0.5001 / units
@@ -76,23 +76,23 @@ def test_the_folder_opens_again_as_a_frame(run, completion, tmp_path, formats, u
 
 
 def test_lost_depth_is_noted_by_file(run, completion, tmp_path):
-    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=50_000.0)).notes
+    (note,) = write(tmp_path / "out", completion, replace(BARE, depth_units=50_000.0)).notes
     assert note.startswith("depth.png: ")
     assert "clipped" in note
 
 
 def test_units_coarser_than_the_inputs_are_noted(run, completion, tmp_path):
-    (note,) = write(tmp_path / "out", run, completion, replace(BARE, depth_units=100.0)).notes
+    (note,) = write(tmp_path / "out", completion, replace(BARE, depth_units=100.0)).notes
     assert note.startswith("depth.png: The PNG has steps of 10 mm, the input has 1 mm")
     exact = replace(BARE, depth_formats=("npy",), depth_units=100.0)
-    assert write(tmp_path / "out", run, completion, exact).notes == ()
+    assert write(tmp_path / "out", completion, exact).notes == ()
 
 
 @pytest.mark.parametrize("cloud", ["ply", "pcd"])
 def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud):
     options = replace(BARE, cloud=cloud, mesh="ply", cloud_unit="mm", normals=True)
     out = tmp_path / "out"
-    write(out, run, completion, options)
+    write(out, completion, options)
     points, vertices, faces = (
         read_points(out / f"cloud.{cloud}"),
         read_points(out / "mesh.ply"),
@@ -109,7 +109,7 @@ def test_points_tell_all_that_is_known_of_them(run, completion, tmp_path, cloud)
         np.testing.assert_array_equal(found["scalar_unsupported"], ilf.unsupported(completion)[pixels])
         assert all(np.isfinite(values).all() for values in found.values())
     np.testing.assert_array_equal(np.unique(faces.triangles), np.arange(len(vertices["positions"])))
-    write(out, run, completion, replace(options, cloud="ply", expected_error=False))
+    write(out, completion, replace(options, cloud="ply", expected_error=False))
     names = read_points(out / "cloud.ply").keys()
     assert "scalar_filled" in names
     assert not {"quality", "scalar_expected_error", "scalar_unsupported"} & names
@@ -131,7 +131,7 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
     depth[20, 40] = 9.0
     flying = replace(completion, depth=depth)
     options = replace(BARE, cloud="ply", mesh="obj", drop_flying=True, depth_formats=("npy",))
-    (note,) = [note for note in write(tmp_path / "out", run, flying, options).notes if "flying" in note]
+    (note,) = [note for note in write(tmp_path / "out", flying, options).notes if "flying" in note]
     count = int(note.removeprefix("Left out of cloud and mesh: ").split()[0])
     left = np.count_nonzero(np.isfinite(depth)) - count
     z = read_points(tmp_path / "out" / "cloud.ply")["positions"][:, 2]
@@ -143,7 +143,7 @@ def test_points_in_mid_air_are_left_out_and_counted(run, completion, tmp_path):
 
 def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
     extrapolate = replace(with_invalid_mask(run), extrapolate=True, only=frozenset({2}))
-    found = write(tmp_path / "out", extrapolate, extrapolate.complete(), BARE)
+    found = write(tmp_path / "out", extrapolate.complete(), BARE)
     depth = np.load(tmp_path / "out" / "depth.npy")
     extrapolated, invalid_mask = (
         read_colour(tmp_path / "out" / f"{name}.png")[..., 0] == 255 for name in ("extrapolated", "invalid_mask")
@@ -158,7 +158,7 @@ def test_guesses_and_distrusted_depth_have_masks(run, tmp_path):
 
 def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, completion, tmp_path):
     out = tmp_path / "out"
-    assert write(out, run, completion, replace(BARE, depth_units=1100.0)).notes == ()
+    assert write(out, completion, replace(BARE, depth_units=1100.0)).notes == ()
     expected = ilf.expected_error(completion)
     np.testing.assert_array_equal(np.load(out / "expected_error.npy"), expected)
     np.testing.assert_array_equal(read_depth_values(out / "expected_error.tiff"), expected)
@@ -169,19 +169,17 @@ def test_expected_errors_come_in_the_formats_and_units_of_the_depth(run, complet
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, ilf.unsupported(completion))
     outside = replace(completion, depth=np.where(completion.filled, 50, completion.depth).astype(np.float32))
     count = np.count_nonzero(completion.filled)
-    assert write(out, run, outside, BARE).notes == (
+    assert write(out, outside, BARE).notes == (
         f"Unsupported by measurements: {counted(count, 'pixel')}, see unsupported.png.",
     )
     np.testing.assert_array_equal(read_colour(out / "unsupported.png")[..., 0] > 0, completion.filled)
-    write(out, run, completion, BARE, error=2 * expected)
-    np.testing.assert_array_equal(np.load(out / "expected_error.npy"), 2 * expected, "a known error is not estimated")
     no_files = ExportOptions((), labels=False, curves=False, cloud=None)
     assert filenames(run, no_files) == ("run.json",)
 
 
 def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, monkeypatch):
     out = tmp_path / "out"
-    write(out, run, completion, ALL)
+    write(out, completion, ALL)
     before = contents(out)
 
     def fails(path, *_, **__):
@@ -190,11 +188,11 @@ def test_failing_writer_leaves_the_folder_as_it_was(run, completion, tmp_path, m
     monkeypatch.setattr(space_files, "write_cloud", fails)
     other = replace(completion, depth=completion.depth + 1)
     with pytest.raises(ExportError) as caught:
-        write(out, run, other, ALL)
+        write(out, other, ALL)
     assert str(caught.value) == f"Could not write {out / 'cloud.xyz'}: the disk is full."
     assert contents(out) == before
     with pytest.raises(ExportError):
-        write(tmp_path / "new" / "folder", run, completion, BARE)
+        write(tmp_path / "new" / "folder", completion, BARE)
     assert not (tmp_path / "new").exists()
 
 
@@ -202,11 +200,11 @@ def test_the_frames_own_files_are_never_overwritten(run, completion, tmp_path):
     own = tmp_path / "in"
     raw = (own / "depth.png").read_bytes()
     with pytest.raises(ExportError, match="own file"):
-        write(own, run, completion, BARE)
+        write(own, completion, BARE)
     assert (own / "depth.png").read_bytes() == raw
     (own / "meta.json").write_text("{}")
     with pytest.raises(ExportError, match=r"meta\.json is the frame's own file"):
-        write(own, run, completion, replace(BARE, depth_formats=("npy",)))
+        write(own, completion, replace(BARE, depth_formats=("npy",)))
     assert (own / "meta.json").read_text() == "{}"
 
 
@@ -217,10 +215,10 @@ def test_a_meta_json_that_is_not_of_an_export_is_never_overwritten(run, completi
     (folder / "meta.json").write_text(meta)
     frame = ilf.load_frame(folder)
     with pytest.raises(ExportError, match=r"meta\.json describes a frame"):
-        write(folder, replace(run, frame=frame), completion, replace(BARE, cloud=None))
+        write(folder, replace(completion, run=replace(run, frame=frame)), replace(BARE, cloud=None))
     assert (folder / "meta.json").read_text() == meta
-    write(tmp_path / "out", run, completion, BARE)
-    write(tmp_path / "out", run, completion, BARE)
+    write(tmp_path / "out", completion, BARE)
+    write(tmp_path / "out", completion, BARE)
 
 
 def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
@@ -228,10 +226,10 @@ def test_what_cannot_be_written_is_refused(run, completion, tmp_path):
     (tmp_path / "odd" / "depth.npy").mkdir(parents=True)
     for folder in ("file", "file/below", "odd", "a" * 300):
         with pytest.raises(ExportError):
-            write(tmp_path / folder, run, completion, BARE)
+            write(tmp_path / folder, completion, BARE)
     assert (tmp_path / "odd" / "depth.npy").is_dir()
     assert len(list((tmp_path / "odd").iterdir())) == 1
-    write(tmp_path / "out", run, completion, BARE)
+    write(tmp_path / "out", completion, BARE)
     with pytest.raises(ExportError, match="already"):
         check_write(tmp_path / "out", run, BARE, overwrite=False)
 

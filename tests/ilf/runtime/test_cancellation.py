@@ -113,15 +113,15 @@ def _write_set(target):
 def test_an_export_that_is_to_stop_leaves_the_set_before(tmp_path, small_frame, small_labels):
     run = ilf.Run(small_frame, small_labels, ilf.preset(max_iterations=2, correction=False))
     completion = run.complete()
-    write(tmp_path, run, completion)
+    write(tmp_path, completion)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     for looks in range(0, 22, 6):
         with cancelled_by(_Late(looks)), pytest.raises(ilf.Cancelled):
-            write(tmp_path, run, completion)
+            write(tmp_path, completion)
         assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     with cancelled_by(_Late(1000)):
-        write(tmp_path, run, completion)
+        write(tmp_path, completion)
 
 
 class _Late(threading.Event):

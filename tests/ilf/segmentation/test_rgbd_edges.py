@@ -160,7 +160,7 @@ def test_at_a_crease_the_surface_bends_but_does_not_tear():
 
 def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypatch):
     run = ilf.Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
-    record = make_record(run, run.complete(), OPTIONS)
+    record = make_record(run.complete(), OPTIONS)
     sha256 = hashlib.sha256(network.read_bytes()).hexdigest()
     assert record.networks.extraction == record.networks.filter == {"depth-edges": sha256}
     assert network_differences(record) == []
@@ -171,6 +171,6 @@ def test_the_record_names_the_network_that_was_used(network, tmp_path, monkeypat
         assert text.endswith("Install the recorded one.")
         assert " is not available: " in text
     run = ilf.Run.of(_frame(), preset=ilf.preset(edges="rgbd", correction=False, **QUICK), extraction=RGBD)
-    record = make_record(run, run.complete(), OPTIONS)
+    record = make_record(run.complete(), OPTIONS)
     assert record.networks.extraction == record.networks.filter == {"edges": find_edges(run.frame, HED).network}
     assert network_differences(record) == []
