@@ -23,7 +23,7 @@ from ..data.frame import RGBDFrame
 from ..data.results import Completion
 from ..errors import FormatError, InputError
 from ..run.formats import FORMATS
-from ..run.writing import contents, drop_impossible
+from ..run.writing import colour, contents, drop_impossible
 from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
@@ -87,19 +87,16 @@ class ShardSink(Sink):
     def write(self, frame: BatchFrame, reading: LoadedFrame, completion: Completion) -> tuple[Encoded, Sequence[str]]:
         keep, (options, without) = self.shards.keep, drop_impossible(self.settings.options, completion.run)
         image = f"{frame.folder}.{COLOUR}" if "rgb" in keep else ""
-        made = contents(completion, options, image)
+        made = contents(completion.run, options.replace(expected_error=True, labels=True)) | {COLOUR: colour}
         (depth_format,) = options.depth_formats
         of_kept = (f"{DEPTH}.{depth_format}", f"expected_error.{depth_format}", "blocks.png", "unsupported.png", COLOUR)
         files: dict[str, bytes] = {}
         notes: list[str] = []
-        for kept, name in zip(KEPT, of_kept, strict=True):
-            if kept == "depth" or kept in keep:
-                files[name], found = made[name]()
-                notes += found
-        for export in options.exports:
-            name = FORMATS[export].file
-            files[name], found = made[name]()
-            notes += [f"{name}: {note}" for note in found]
+        wanted = [name for kept, name in zip(KEPT, of_kept, strict=True) if kept == "depth" or kept in keep]
+        for name in [*wanted, *(FORMATS[export].file for export in options.exports)]:
+            if (make := made[name]) is not None:
+                files[name], found = make(completion, image)
+                notes += found if name in wanted else [f"{name}: {note}" for note in found]
         return (completion.frame, files), [*notes, *without]
 
     def put(self, frame: BatchFrame, outcome: FrameOutcome, written: Encoded | None = None) -> None:

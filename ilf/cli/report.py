@@ -78,7 +78,7 @@ def _completed(arguments: argparse.Namespace, inputs: list[str], notes: list[str
     made = choice.run_of(frame, parameters)
     completion = _complete(made, bar)
     notes += [*made.blocks.notes, *completion.notes]
-    return Subject(made, completion)
+    return Subject(completion)
 
 
 def _replayed(record: Path, notes: list[str], bar: Bar) -> Subject:
@@ -86,7 +86,7 @@ def _replayed(record: Path, notes: list[str], bar: Bar) -> Subject:
     again = replay(record)
     completion = _complete(again.run, bar)
     notes += [*again.differences, *again.run.blocks.notes, *completion.notes, *again.verdict(completion)]
-    return Subject(again.run, completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
+    return Subject(completion, again=shlex.join(["ilf", "complete", "--replay", str(record.absolute())]))
 
 
 def _of_project(opened: OpenedProject, folders: Sequence[str]) -> list[tuple[str, Read]]:

@@ -95,6 +95,9 @@ class DepthEncoding:
         return metres
 
 
+TUM_UNITS = 5000.0
+"""Units per metre of depth in TUM's data sets."""
+
 KINECT_DISPARITY = "nyu-raw", "kinect-raw"
 """Names of the encodings that have a value for missing depth."""
 
@@ -105,7 +108,7 @@ _FIXED: dict[str, tuple[float, _Decoder | None, str]] = {
     "0.1mm": (10_000.0, None, "tenths of a millimetre"),
     "cm": (100.0, None, "centimetres"),
     "m": (1.0, None, "metres"),
-    "tum": (5000.0, None, "5000 per metre (TUM, Bonn, ICL)"),
+    "tum": (TUM_UNITS, None, "5000 per metre (TUM, Bonn, ICL)"),
     "matterport": (4000.0, None, "4000 per metre (Matterport3D)"),
     "replica": (6553.5, None, "6553.5 per metre (Replica)"),
     "kitti": (256.0, None, "256 per metre (KITTI)"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,7 +68,7 @@ def frame_page(subject: Subject, id: str, most: int, hidden: RunEvaluation | Non
         pictures=cancellable_items(frame_pictures(subject, hidden, most)),
         lines=lines,
         plots=curve_plots(subject, lines),
-        record=make_record(replace(completion, run=run), ExportOptions()),
+        record=make_record(completion, ExportOptions()),
     )
     against = evaluations.get(GROUND_TRUTH)
     return html, {

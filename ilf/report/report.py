@@ -102,7 +102,7 @@ def report_steps(
     >>> depth = np.full((40, 50), 2.0)
     >>> depth[10:20, 10:20] = np.nan
     >>> run = ilf.Run(ilf.RGBDFrame(np.zeros((40, 50, 3), np.uint8), depth, name="plain"), np.ones((40, 50), np.int32))
-    >>> text = run_to_end(report_steps([Subject(run, run.complete())], 1)).html()
+    >>> text = run_to_end(report_steps([Subject(run.complete())], 1)).html()
     >>> text.startswith("<!doctype html>"), "<h1>plain</h1>" in text
     (True, True)
     """

@@ -15,14 +15,13 @@ from ..run.run import Run
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A frame to report on. Only the run and its completion are required.
+    """A frame to report on. Only its completion is required.
 
     Parameters
     ----------
-    run : Run
-        All blocks of the frame, and their parameters as they are set.
     completion : Completion
-        Its results; without blocks if nothing has been run yet.
+        Its results, without blocks if nothing has been run yet; its run has all blocks of the frame, and their
+        parameters as they are set.
     note : str
         The user's note on the frame.
     kept : tuple of StoredRun
@@ -33,7 +32,6 @@ class Subject:
         What could not be read, one sentence each.
     """
 
-    run: Run
     completion: Completion
     note: str = ""
     kept: tuple[StoredRun, ...] = ()
@@ -44,7 +42,12 @@ class Subject:
     def of_state(cls, state: FrameState, again: str = "", problems: tuple[str, ...] = ()) -> Self:
         """Return the subject of a frame in a project, with its present results."""
         run = replace(state.run(), extrapolate=state.extrapolation is not None)
-        return cls(run, state.present_completion(), state.note, state.runs, again, problems)
+        return cls(replace(state.present_completion(), run=run), state.note, state.runs, again, problems)
+
+    @property
+    def run(self) -> Run:
+        """The run of the completion."""
+        return self.completion.run
 
     def name_of(self, label: int) -> str:
         """Return the name of a block."""

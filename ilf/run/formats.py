@@ -18,18 +18,17 @@ from ..errors import ExportError, InputError, ParameterError
 from ..io.block_files import encode_blocks, palette_problem, path_from
 from ..io.cameras import camera_info_yaml, camera_json, opencv_yaml
 from ..io.depth import encode_depth
+from ..io.encodings import TUM_UNITS
 from .run import Run
 
 DEPTH, BLOCKS, CAMERA = "depth", "blocks", "camera"
 """What a file is about: its group in the window's dialog."""
 
-TUM_UNITS = 5000.0
-"""Units per metre of depth in TUM's data sets."""
+Made = tuple[bytes, Sequence[str]]
+"""Content of a file, and notes on what it does not preserve."""
 
-
-Content = Callable[[Completion, str], tuple[bytes, Sequence[str]]]
-"""Makes a file, and notes on what it does not preserve, of a completed frame and the path of the colour file as seen
-from the file ("" for none)."""
+Content = Callable[[Completion, str], Made]
+"""Makes a file of a completed frame and the path of the colour file as seen from the file ("" for none)."""
 
 
 class Format(NamedTuple):
@@ -60,12 +59,13 @@ class Format(NamedTuple):
         return f"{self.group}: {self.title}"
 
 
-def _depth(name: str, units: float = 1.0) -> Content:
+def depth_content(name: str, units: float = 1.0) -> Content:
+    """What makes a depth file, in the format of its name."""
     return lambda completion, image: encode_depth(name, completion.depth, units)
 
 
 def _blocks(format: str) -> Content:
-    def content(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+    def content(completion: Completion, image: str) -> Made:
         blocks = completion.run.blocks
         return encode_blocks(format, blocks.labels, blocks.names, blocks.colours, image), ()
 
@@ -73,7 +73,7 @@ def _blocks(format: str) -> Content:
 
 
 def _camera(write: Callable[[Camera, tuple[int, int]], bytes]) -> Content:
-    def content(completion: Completion, image: str) -> tuple[bytes, Sequence[str]]:
+    def content(completion: Completion, image: str) -> Made:
         camera = completion.frame.intrinsics
         assert camera is not None, "a run without one lacks it"
         return write(camera, completion.frame.shape), ()
@@ -100,8 +100,8 @@ def _no_palette(run: Run) -> str:
 
 
 FORMATS = {
-    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", _depth("depth.exr"), _no_exr),
-    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", _depth("depth.png", TUM_UNITS)),
+    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", depth_content("depth.exr"), _no_exr),
+    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", depth_content("depth.png", TUM_UNITS)),
     "palette.png": Format(BLOCKS, "Label map, coloured", "blocks.palette.png", _blocks("palette"), _no_palette),
     "coco.json": Format(BLOCKS, "COCO, run lengths", "blocks.coco.json", _blocks("coco-rle")),
     "labelme.json": Format(BLOCKS, "labelme, polygons", "blocks.labelme.json", _blocks("labelme")),

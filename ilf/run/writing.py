@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -37,7 +37,7 @@ from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
 from .curves import encode_curves
-from .formats import FORMATS, Export, check_format, colour_seen_from
+from .formats import FORMATS, Content, Export, Made, check_format, colour_seen_from, depth_content
 from .options import (
     ALIGNED_FILES,
     CLOUD_FILES,
@@ -151,40 +151,56 @@ class Written:
     notes: tuple[str, ...]
 
 
-Content = tuple[bytes, Sequence[str]]
-"""Content of a file, and notes on what it does not preserve."""
-
-
 def filenames(run: Run | None, options: ExportOptions) -> tuple[str, ...]:
     """Names of the files that `write` writes, without a run those of any; its record, which completes the set, is the
     last."""
-    formats = options.depth_formats
-    names = [DEPTH_FILES[depth_format] for depth_format in formats]
+    return tuple(contents(run, options))
+
+
+def contents(run: Run | None, options: ExportOptions) -> dict[str, Content | None]:
+    """Return what makes each file that `write` writes, by its name as in `filenames`: None for cloud, mesh, meta.json
+    and the record, which are made of several parts."""
+    formats, units = options.depth_formats, options.depth_units
+    made: dict[str, Content | None] = {DEPTH_FILES[one]: depth_content(DEPTH_FILES[one], units) for one in formats}
     if options.expected_error and formats:
-        names += [*(ERROR_FILES[depth_format] for depth_format in formats), files.UNSUPPORTED]
+        made |= {ERROR_FILES[one]: partial(_error, ERROR_FILES[one], units) for one in formats}
+        made[files.UNSUPPORTED] = lambda completion, image: (encode_mask(unsupported(completion)), ())
     if options.labels:
-        names.append(files.LABELS)
+        made[files.LABELS] = lambda completion, image: (encode_labels(completion.run.blocks.labels), ())
     if options.curves:
-        names.append(files.CURVES)
+        made[files.CURVES] = lambda completion, image: (encode_curves(completion.history), ())
     if options.cloud is not None:
-        names.append(CLOUD_FILES[options.cloud])
+        made[CLOUD_FILES[options.cloud]] = None
     if options.mesh is not None:
-        names.append(MESH_FILES[options.mesh])
-    names += [FORMATS[name].file for name in options.exports]
+        made[MESH_FILES[options.mesh]] = None
+    made |= {FORMATS[name].file: FORMATS[name].content for name in options.exports}
     if run is not None:
-        names += _names_of_run(run, formats)
+        if run.frame.brought is not None:
+            made |= {ALIGNED_FILES[one]: partial(_aligned, ALIGNED_FILES[one], units) for one in formats}
+        made |= {name: partial(_array, name) for name in _arrays(run)}
+        if run.frame.inputs is not None and formats:
+            made |= {META_NAME: None} if run.frame.inputs.has_colour_file else {files.COLOUR: colour, META_NAME: None}
     if options.run_record:
-        names.append(RECORD_FILE)
-    return tuple(names)
+        made[RECORD_FILE] = None
+    return made
 
 
-def _names_of_run(run: Run, formats: Sequence[str]) -> list[str]:
-    """Names of the files that a run has because of its frame and blocks, with depth in these formats."""
-    names = [ALIGNED_FILES[depth_format] for depth_format in formats if run.frame.brought is not None]
-    names += _arrays(run)
-    if run.frame.inputs is not None and formats:
-        names += [META_NAME] if run.frame.inputs.has_colour_file else [files.COLOUR, META_NAME]
-    return names
+def colour(completion: Completion, image: str) -> Made:
+    """The colour of a completion as PNG."""
+    return encode_image(".png", completion.frame.rgb[..., ::-1]), ()  # the encoder expects BGR
+
+
+def _error(name: str, units: float, completion: Completion, image: str) -> Made:
+    return encode_expected_error(name, expected_error(completion), units)
+
+
+def _aligned(name: str, units: float, completion: Completion, image: str) -> Made:
+    return encode_depth(name, aligned(completion.depth, completion.frame), units)[0], ()  # the notes are those of depth
+
+
+def _array(name: str, completion: Completion, image: str) -> Made:
+    array = _arrays(completion.run, completion)[name]
+    return (encode_mask if array.dtype == np.bool_ else encode_npy)(array), ()
 
 
 def write(
@@ -235,15 +251,16 @@ def write(
     """
     run, chosen, target = completion.run, options or ExportOptions(), Path(folder).absolute()
     check_write(target, run, chosen, overwrite=overwrite)
-    names = filenames(run, chosen)
+    made = contents(run, chosen)
+    names = tuple(made)
     image = colour_path(target, run, chosen) if chosen.exports else ""
-    made = contents(completion, chosen, image)
     notes = list(_notes(completion, chosen))
     with staging(target) as staged:
-        for name in cancellable_items([name for name in names if name in made]):
-            content, found = made[name]()
-            write_bytes(staged / name, content)
-            notes += [f"{name}: {note}" for note in found]
+        for name, make in cancellable_items(list(made.items())):
+            if make is not None:
+                content, found = make(completion, image)
+                write_bytes(staged / name, content)
+                notes += [f"{name}: {note}" for note in found]
         notes += write_cloud_and_mesh(staged, completion, chosen)
         if META_NAME in names and run.frame.inputs is not None:
             write_bytes(staged / META_NAME, _meta(run.frame, run.frame.inputs, chosen))
@@ -345,50 +362,6 @@ def _same_files(paths: Sequence[Path], sources: Sequence[Path]) -> list[Path]:
 def colour_path(folder: Path, run: Run, options: ExportOptions) -> str:
     """Return the path of the colour file as seen from the results in a folder; "" for none."""
     return files.COLOUR if files.COLOUR in filenames(run, options) else colour_seen_from(folder, run.frame)
-
-
-def contents(completion: Completion, options: ExportOptions, image: str = "") -> dict[str, Callable[[], Content]]:
-    """Return what makes the files of a completion, but for cloud, mesh, meta.json and record: name -> call.
-
-    Parameters
-    ----------
-    completion : Completion
-    options : ExportOptions
-    image : str
-        Path of the colour file as seen from the other files, for those of other programs; "" for none.
-    """
-    run, units = completion.run, options.depth_units
-    made: dict[str, Callable[[], Content]] = {
-        files.LABELS: lambda: (encode_labels(run.blocks.labels), ()),
-        files.CURVES: lambda: (encode_curves(completion.history), ()),
-        # the encoder expects BGR
-        files.COLOUR: lambda: (encode_image(".png", run.frame.rgb[..., ::-1]), ()),
-        files.UNSUPPORTED: lambda: _encoded(unsupported(completion)),
-    }
-    for depth_format, name in DEPTH_FILES.items():
-        made[name] = partial(encode_depth, name, completion.depth, units)
-        of_error = ERROR_FILES[depth_format]
-        made[of_error] = partial(_error, of_error, completion, units)
-        if run.frame.brought is not None:
-            of_colour = ALIGNED_FILES[depth_format]
-            made[of_colour] = partial(_aligned, of_colour, completion, units)
-    for name, array in _arrays(run, completion).items():
-        made[name] = partial(_encoded, array)
-    for name in options.exports:
-        made[FORMATS[name].file] = partial(FORMATS[name].content, completion, image)
-    return made
-
-
-def _error(name: str, completion: Completion, units: float) -> Content:
-    return encode_expected_error(name, expected_error(completion), units)
-
-
-def _aligned(name: str, completion: Completion, units: float) -> Content:
-    return encode_depth(name, aligned(completion.depth, completion.frame), units)[0], ()  # the notes are those of depth
-
-
-def _encoded(array: NDArray[Any]) -> Content:
-    return (encode_mask if array.dtype == np.bool_ else encode_npy)(array), ()
 
 
 def _notes(completion: Completion, options: ExportOptions) -> Iterator[str]:

@@ -13,6 +13,7 @@ import numpy as np
 from .._runtime.files import read_file
 from ..data.camera import camera_from_numbers
 from ..errors import FormatError, InputError, told_as
+from ..io.encodings import TUM_UNITS
 from .file_patterns import Folders
 from .frame_ref import FrameRef, ReadingOptions
 from .naming import COLOUR_SUFFIXES, DEPTH_FILE_SUFFIXES
@@ -58,9 +59,6 @@ TIME_LISTS = frozenset({"rgb.txt", "depth.txt"})
 
 ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
 """Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
-
-TUM_UNITS = 5000.0
-"""File units per metre of the depth in such lists."""
 
 
 def has_time_lists(files: Collection[str]) -> bool:

@@ -55,9 +55,9 @@ _WEIGHT_WITHOUT_EDGE = 0.3
 """Weight of a difference between two surfaces without a colour edge between them."""
 
 
-def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_multiple_surfaces(inputs: CheckInput) -> Iterator[Place]:
     """Find depth jumps inside blocks, and blocks with two surfaces separated only by missing depth."""
-    jumps, hidden = find_steps(inputs, strength)
+    jumps, hidden = find_steps(inputs)
     step = np.maximum(jumps, hidden)
     numbers = number_groups(step > 0, inputs.labels)
     if not numbers.any():
@@ -73,10 +73,10 @@ def find_multiple_surfaces(inputs: CheckInput, strength: NDArray[np.float32]) ->
         yield Place(kind, box, (label,), point_in(box, inside), harm, reason)
 
 
-def find_steps(inputs: CheckInput, strength: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def find_steps(inputs: CheckInput) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Heights [m] of the jumps in known depth inside blocks, and distances [m] of surfaces that meet in missing depth
     inside a block; float64 (H, W), 0 elsewhere."""
-    return _jumps(inputs), _hidden(inputs, strength)
+    return _jumps(inputs), _hidden(inputs)
 
 
 def _harm(inputs: CheckInput, numbers: NDArray[np.int32], step: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,14 +115,14 @@ def flat_indices(mask: NDArray[np.bool_], step: tuple[int, int], by: int) -> NDA
     return np.asarray(rows * mask.shape[1] + columns, np.intp)
 
 
-def _hidden(inputs: CheckInput, strength: NDArray[np.float32]) -> NDArray[np.float64]:
+def _hidden(inputs: CheckInput) -> NDArray[np.float64]:
     """Distance [m] between surfaces that meet in missing depth inside a block, 0 elsewhere; reduced where that is
     uncertain."""
     found = np.zeros(inputs.labels.shape)
     pieces = inputs.pieces.ravel()
     width = inputs.labels.shape[1]
     square = np.ones((2 * _AROUND + 1,) * 2, np.uint8)
-    edge = cv2.dilate(np.where(inputs.inner, strength, np.float32(0)), square)
+    edge = cv2.dilate(np.where(inputs.inner, inputs.strength, np.float32(0)), square)
     seen = _WEIGHT_WITHOUT_EDGE + (1 - _WEIGHT_WITHOUT_EDGE) * np.minimum(edge / _FOUND, 1.0)
     for side, (one, other) in enumerate(sides(inputs.source)):
         rows, columns = np.nonzero(_inside(inputs)[side] & (one != other) & (one >= 0) & (other >= 0))
@@ -168,9 +168,9 @@ _DEFAULT_DISPLACEMENT = 4
 """Assumed displacement [px] of a border if there is no edge within `_REACH`."""
 
 
-def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_weak_borders(inputs: CheckInput) -> Iterator[Place]:
     """Find parts of borders in missing depth, away from edges, between blocks whose depths differ there."""
-    off, apart_by, one, other = _stretches(inputs, strength)
+    off, apart_by, one, other = _stretches(inputs)
     harm = _WRONG_BORDER_PROBABILITY * off * apart_by
     pair = np.where(harm > 0, one * (int(other.max()) + 1) + other, 0)
     numbers = connected_regions(pair, diagonal=True)
@@ -186,14 +186,14 @@ def find_weak_borders(inputs: CheckInput, strength: NDArray[np.float32]) -> Iter
 
 
 def _stretches(
-    inputs: CheckInput, strength: NDArray[np.float32]
+    inputs: CheckInput,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """At the pixels of weak borders: possible displacement [px], distance [m] between their blocks, and the lower and
     the higher label of these; 0 elsewhere."""
     square = np.ones((2 * BESIDE + 1,) * 2, np.uint8)
-    under = cv2.dilate(strength, square)
+    under = cv2.dilate(inputs.strength, square)
     weak = (under < _WEAK) & ~inputs.relief.near
-    edges = (strength >= _STRONG).astype(np.uint8)
+    edges = (inputs.strength >= _STRONG).astype(np.uint8)
     away = cv2.distanceTransform(1 - edges, cv2.DIST_L2, 5) if edges.any() else np.full(edges.shape, np.inf)
     share = cv2.blur(inputs.missing.astype(np.float64), (_REACH + 1,) * 2)
     off = share * np.where(away <= _REACH, away, _DEFAULT_DISPLACEMENT)
@@ -235,10 +235,10 @@ _MIN_PART = 6
 """Minimum number of pixels of a flagged part."""
 
 
-def find_islands(inputs: CheckInput, strength: NDArray[np.float32]) -> Iterator[Place]:
+def find_islands(inputs: CheckInput) -> Iterator[Place]:
     """Find islands, holes and slivers."""
     parts, labels, pixels, width = _find_parts(inputs)
-    part, beyond, edges, apart = _find_part_borders(inputs, parts, strength)
+    part, beyond, edges, apart = _find_part_borders(inputs, parts)
     count = labels.size
     length = np.maximum(np.bincount(part, minlength=count), 1)
     edge = np.bincount(part, edges, minlength=count) / length
@@ -297,13 +297,11 @@ def _find_parts(
     return numbers, label, np.bincount(numbers.ravel(), minlength=count), width + 1
 
 
-def _find_part_borders(
-    inputs: CheckInput, parts: NDArray[np.int32], strength: NDArray[np.float32]
-) -> list[NDArray[Any]]:
+def _find_part_borders(inputs: CheckInput, parts: NDArray[np.int32]) -> list[NDArray[Any]]:
     """Borders between parts, from both sides: the part, the label on the other side, the strength of the edge (1 where
     depth jumps), and the distance between the depths of both sides [m]."""
     columns = []
-    jumps = np.maximum(cv2.dilate(strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
+    jumps = np.maximum(cv2.dilate(inputs.strength, np.ones((3, 3), np.uint8)), mark(inputs.relief.jumps))
     for (part, other), (_, beyond), (one, another), edges in neighbours(parts, inputs.labels, inputs.source, jumps):
         parted = part != other
         by = inputs.separation(one[parted], another[parted])
@@ -403,11 +401,11 @@ def find_places(
     for array, name in ((strength, "edge strength"), (error, "expected error")):
         if array is not None:
             check_shape(f"The {name}", array.shape, frame.shape)
-    inputs = make_check_input(frame, blocks)
+    inputs = make_check_input(frame, blocks, strength)
     found: list[Place] = []
     for find in (find_multiple_surfaces, find_weak_borders, find_islands):
         check_cancelled()
-        found += find(inputs, strength)
+        found += find(inputs)
     if error is not None:
         found += find_high_errors(inputs, error)
     return _distinct(place for place in found if place.score >= least)

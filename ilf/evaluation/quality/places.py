@@ -44,6 +44,8 @@ class CheckInput:
     ----------
     labels : ndarray of int32
         The label map.
+    strength : ndarray of float32
+        Edge strength in [0, 1].
     missing : ndarray of bool
         Pixels of blocks that are to be filled.
     depth : ndarray of float32
@@ -61,6 +63,7 @@ class CheckInput:
     """
 
     labels: NDArray[np.int32]
+    strength: NDArray[np.float32]
     missing: NDArray[np.bool_]
     depth: NDArray[np.float32]
     relief: Relief
@@ -96,8 +99,8 @@ class CheckInput:
         return np.where(counts, difference, 0.0)
 
 
-def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
-    """Prepare a frame and its blocks, int32 (H, W), for the quality checks."""
+def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32], strength: NDArray[np.float32]) -> CheckInput:
+    """Prepare a frame, its blocks, int32 (H, W), and its edge strength for the quality checks."""
     relief = find_relief(frame.depth, JUMP, JUMP_SHARE)
     depth = relief.filled
     check_cancelled()
@@ -109,6 +112,7 @@ def make_check_input(frame: RGBDFrame, labels: NDArray[np.int32]) -> CheckInput:
     sure = _sure(frame.known & whole, inner, labels, pieces)
     return CheckInput(
         labels,
+        strength,
         ~frame.known & (labels > 0),
         depth,
         relief,

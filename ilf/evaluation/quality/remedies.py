@@ -161,8 +161,8 @@ def _of_step(
     place: Place, frame: RGBDFrame, labels: Labels, strength: NDArray[np.float32], new: int
 ) -> Iterator[Remedy]:
     label = place.labels[0]
-    inputs = make_check_input(frame, labels)
-    parts = _divided(inputs, strength, place)
+    inputs = make_check_input(frame, labels, strength)
+    parts = _divided(inputs, place)
     smaller, larger = sorted((parts == 1, parts == 2), key=np.count_nonzero)
     if not smaller.any():
         return
@@ -170,7 +170,7 @@ def _of_step(
     if np.count_nonzero(wrong & suggest_invalid(frame, strength)) * 2 > np.count_nonzero(wrong):
         yield _marking(wrong)
     for part in (smaller, larger):
-        taker = _continued(inputs, strength, part, label)
+        taker = _continued(inputs, part, label)
         if taker:
             patch = give(labels, part, taker)
             yield Remedy("give", f"Give a part of Block {label} to Block {taker}", patch)
@@ -221,7 +221,7 @@ _MARKED = 3
 """Distance [px] from the step up to which pixels are sure to be on one side of it."""
 
 
-def _divided(inputs: CheckInput, strength: NDArray[np.float32], place: Place) -> NDArray[np.int32]:
+def _divided(inputs: CheckInput, place: Place) -> NDArray[np.int32]:
     """The pixels of the place's block on the nearer side of its step, 1, and on the farther one, 2; 0 elsewhere.
 
     Beside a jump in known depth, pixels are sure to be on their side of it. Across missing depth, only the known pixels
@@ -229,7 +229,7 @@ def _divided(inputs: CheckInput, strength: NDArray[np.float32], place: Place) ->
     """
     labels, label = inputs.labels, place.labels[0]
     jumps, hidden = (np.zeros(labels.shape, bool) for _ in range(2))
-    for here, steps in zip((jumps, hidden), find_steps(inputs, strength), strict=True):
+    for here, steps in zip((jumps, hidden), find_steps(inputs), strict=True):
         here[place.box] = (steps[place.box] > 0) & (labels[place.box] == label)
     depth, markers = inputs.depth.ravel(), np.zeros(labels.size, np.int32)
 
@@ -250,15 +250,15 @@ def _divided(inputs: CheckInput, strength: NDArray[np.float32], place: Place) ->
             mark_sides([flat_indices(jumps, step, by) for by in (1 - distance, distance)], beside)
         sources = [inputs.source.ravel()[flat_indices(hidden, step, by)] for by in (0, 1)]
         mark_sides(sources, sources)
-    return flood(_heights(inputs, strength), markers.reshape(labels.shape), labels == label)
+    return flood(_heights(inputs), markers.reshape(labels.shape), labels == label)
 
 
-def _heights(inputs: CheckInput, strength: NDArray[np.float32]) -> NDArray[np.float32]:
+def _heights(inputs: CheckInput) -> NDArray[np.float32]:
     """How much a pixel looks like a border: its edge strength and, near known depth, the slope of the depth."""
     log = np.log(inputs.depth)
     across, down = (cv2.Sobel(log, cv2.CV_32F, *way, scale=1 / 8) for way in ((1, 0), (0, 1)))
     slope = np.where(inputs.relief.near, np.minimum(np.hypot(across, down) / _SLOPE, 1), 0)
-    return np.asarray(strength + slope, np.float32)
+    return np.asarray(inputs.strength + slope, np.float32)
 
 
 # The neighbour that a part continues: without an edge at the border, and on the same surface.
@@ -275,9 +275,9 @@ _BORDER_SHARE, _WIDTH = 0.5, 25.0
 what a wrong border adds to a block is a band along it."""
 
 
-def _continued(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, label: int) -> int:
+def _continued(inputs: CheckInput, part: Mask, label: int) -> int:
     """The block beside a part of block `label` that the part belongs to; 0 for none."""
-    others, same, contrast = _find_beside(inputs, strength, part, label)
+    others, same, contrast = _find_beside(inputs, part, label)
     if not same.any():
         return 0
     taker = int(np.argmax(np.bincount(others[same])))
@@ -288,10 +288,10 @@ def _continued(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, la
     return taker if band and alike else 0
 
 
-def _find_beside(inputs: CheckInput, strength: NDArray[np.float32], part: Mask, label: int) -> list[NDArray[Any]]:
+def _find_beside(inputs: CheckInput, part: Mask, label: int) -> list[NDArray[Any]]:
     """Pairs of a pixel of a part and its neighbour in another block: that block, whether the surfaces continue each
     other, and the contrast of the edge between them."""
-    at, around = (cv2.dilate(strength, np.ones((side, side), np.uint8)) for side in (_AT, _AROUND))
+    at, around = (cv2.dilate(inputs.strength, np.ones((side, side), np.uint8)) for side in (_AT, _AROUND))
     contrast = at / (around + np.float32(0.02))
     found = []
     for (inside, _), (_, beyond), (source, other), contrasts in neighbours(

@@ -128,7 +128,7 @@ def subject(run):
     kept = StoredRun(
         3, NASTY, run, completion.results, 1.25, (200, 0, 0), NASTY, done=frozenset({1}), ground_truth_error=0.0123
     )
-    return Subject(run, completion, NASTY, (kept,))
+    return Subject(completion, NASTY, (kept,))
 
 
 def test_the_page_of_a_frame_is_whole_and_its_numbers_are_those_of_the_judgements(run, subject):
@@ -183,8 +183,8 @@ def test_what_is_not_there_is_said(tmp_path):
     nothing = Run(bare, np.zeros((40, 60), np.int32))
     many = Run(bare, (np.arange(40)[:, None] // 4 * 10 + np.arange(60) // 6 + 1).astype(np.int32))
     subjects = [
-        Subject(nothing, nothing.complete()),
-        Subject(many, ilf.complete(bare, np.zeros((40, 60), np.int32))),
+        Subject(nothing.complete()),
+        Subject(replace(nothing.complete(), run=many)),
         Unreadable(NASTY, f"{NASTY} is not there."),
     ]
     page = Page(report(subjects, title=NASTY, hidden=HoldOutTest()))
@@ -220,7 +220,7 @@ def test_a_stored_frame_is_reported_with_its_results_and_names(run, subject):
 
 def test_paths_that_are_no_text_are_told_as_far_as_they_are(run, subject, tmp_path):
     odd = replace(run, frame=replace(run.frame, name="caf\udce9"))
-    content = run_to_end(report_steps([replace(subject, run=odd)], 1))
+    content = run_to_end(report_steps([replace(subject, completion=replace(subject.completion, run=odd))], 1))
     write_report(tmp_path / "page.html", content)
     assert "<h1>caf?</h1>" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
