@@ -111,7 +111,7 @@ class FolderSink(Sink):
         options, _ = drop_impossible(self.settings.options, completion.run)
         (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results
         written = write(folder, completion, options)
-        preview = write_preview(folder, completion.frame, completion.depth, self.levels)
+        preview = write_preview(folder, completion, self.levels)
         steady = files_of(reading.frame) if self.settings.steady else ()
         facts = {
             "content": reading.content,

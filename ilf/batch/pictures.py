@@ -14,8 +14,8 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from .._runtime.children import run_in_processes
 from .._runtime.installation import optional
 from .._runtime.writing import atomic_path, write_bytes
-from ..data.frame import RGBDFrame
 from ..data.pictures import depth_colours
+from ..data.results import Completion
 from ..drawing.colours import robust_depth_levels, sample, to_indices
 from ..errors import FormatError, InputError, told_as
 from ..io.images import read_colour
@@ -53,15 +53,13 @@ def _some_depth(source: FrameRef) -> NDArray[np.floating] | None:
         return None
 
 
-def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], levels: Levels) -> str:
+def write_preview(folder: Path, completion: Completion, levels: Levels) -> str:
     """Write colour, measured and completed depth side by side into a frame's folder; return the file's name.
 
     Parameters
     ----------
     folder : Path
-    frame : RGBDFrame
-    depth : ndarray of float32, shape (H, W)
-        Completed depth [m], NaN = missing.
+    completion : Completion
     levels : tuple of float
         Colour range: depth [m] of its two ends.
 
@@ -70,8 +68,8 @@ def write_preview(folder: Path, frame: RGBDFrame, depth: NDArray[np.float32], le
     ExportError
         If it cannot be written.
     """
-    table = depth_colours()
-    pictures = [frame.rgb, *(table[to_indices(values, *levels)] for values in (frame.measured, depth))]
+    table, frame = depth_colours(), completion.frame
+    pictures = [frame.rgb, *(table[to_indices(values, *levels)] for values in (frame.measured, completion.depth))]
     height, width = frame.shape
     size = min(width, _WIDTH), max(round(height * min(width, _WIDTH) / width), 1)
     small = [cv2.resize(picture, size, interpolation=cv2.INTER_AREA) for picture in pictures]

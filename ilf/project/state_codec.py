@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
-from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from .._runtime.schema import PROGRAM, check_schema, converted
 from ..data.arrays import frozen
 from ..data.blocks import Blocks, checked_labels
 from ..data.frame import FrameInputs, InputFile, RGBDFrame
+from ..data.frame_cache import FrameCache
 from ..data.results import BlockResult
 from ..errors import FormatError, InputError
 from ..io.encodings import encoding_of_inputs
@@ -43,21 +43,8 @@ IsThere = Callable[[str], bool]
 """Whether there is a part of a name."""
 
 
-class Known:
-    """The objects of states that are stored, and where; it does not keep them alive. Thread-safe."""
-
-    def __init__(self) -> None:
-        self._origins: dict[int, tuple[ref[Any], Origin]] = {}
-
-    def add(self, value: object, origin: Origin) -> None:
-        """Note where an object is stored, as long as it lives."""
-        key = id(value)
-        self._origins[key] = ref(value, lambda _: self._origins.pop(key, None)), origin
-
-    def origin(self, value: object) -> Origin | None:
-        """Return where an object is stored; None if it is not."""
-        found, origin = self._origins.get(id(value), (None, None))
-        return origin if found is not None and found() is value else None
+Known = FrameCache[Any, Origin]
+"""The objects of states that are stored, and where; it does not keep them alive. Thread-safe."""
 
 
 class UnreadableFrame(InputError):
@@ -146,12 +133,12 @@ class _Writer:
             name, content = pack(array)
             self.made[name] = content
             if not array.flags.writeable:
-                self.known.add(array, name)
+                self.known.keep(array, None, name)
         return self._number(name)
 
     def _stored(self, value: object) -> Origin | None:
         """Return where an object is stored; None if it is to be encoded."""
-        origin = self.known.origin(value)
+        origin = self.known.find(value, None)
         part = origin[0] if isinstance(origin, tuple) else origin
         return origin if part is not None and (part in self.made or self.is_there(part)) else None
 
@@ -187,7 +174,7 @@ class _Writer:
         self.made[name] = content
         for result, place in self._waiting:
             place[0] = self._number(name)
-            self.known.add(result, (name, place[1]))
+            self.known.keep(result, None, (name, place[1]))
         self._waiting = []
 
 
@@ -310,7 +297,7 @@ class _Reader:
         if isinstance(data, list):
             return small_array(data, hint)
         array: NDArray[Any] = self._part(data, hint)
-        self.known.add(array, self.head.parts[data])
+        self.known.keep(array, None, self.head.parts[data])
         return array
 
     def _result(self, data: Any, hint: Any) -> BlockResult:
@@ -319,7 +306,7 @@ class _Reader:
         if place < 0:
             raise FormatError("A reference is not valid.")
         result: BlockResult = results[place]
-        self.known.add(result, (self.head.parts[number], place))
+        self.known.keep(result, None, (self.head.parts[number], place))
         return result
 
     def _frame(self, data: Any, hint: Any) -> RGBDFrame:
@@ -344,7 +331,7 @@ class _Reader:
         for name, number in data.items():
             kept = frame.measured if name == "depth" else getattr(frame, name)
             if isinstance(number, int) and isinstance(kept, np.ndarray):
-                self.known.add(kept, self.head.parts[number])
+                self.known.keep(kept, None, self.head.parts[number])
         return frame
 
     def _of_files(self, inputs: FrameInputs, values: dict[str, Any]) -> RGBDFrame:

@@ -10,6 +10,7 @@ import pytest
 import ilf
 from ilf._runtime.long_work import cancelled_by
 from ilf.cli import main
+from ilf.data.blocks import BlockInfo
 from ilf.project.exporting import ExportStatus, FrameToExport, export_frames
 from ilf.project.file import save_project
 from ilf.project.frame_state import FrameState
@@ -63,6 +64,14 @@ def test_frames_whose_files_are_gone_or_changed_are_written_again(run, tmp_path)
     assert statuses(run, out) == ["written"]
     assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"]
     assert statuses(run, out, replace(OPTIONS, run_record=False)) == ["written"], "nothing to compare with"
+
+
+def test_a_result_is_written_with_the_names_that_its_blocks_have_now(run, tmp_path):
+    options, completion = replace(OPTIONS, exports=("labelme.json",)), run.complete()
+    named = replace(run, blocks=replace(run.blocks, infos={1: BlockInfo("table", (250, 240, 10))}))
+    assert statuses(named, tmp_path / "out", options, completion) == ["written"]
+    assert '"table"' in (tmp_path / "out" / "room" / "blocks.labelme.json").read_text()
+    assert statuses(named, tmp_path / "out", options, completion) == ["unchanged"]
 
 
 def test_cancelling_ends_the_export_between_frames(run, tmp_path):
