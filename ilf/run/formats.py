@@ -59,8 +59,7 @@ class Format(NamedTuple):
         return f"{self.group}: {self.title}"
 
 
-def depth_content(name: str, units: float = 1.0) -> Content:
-    """What makes a depth file, in the format of its name."""
+def _depth(name: str, units: float = 1.0) -> Content:
     return lambda completion, image: encode_depth(name, completion.depth, units)
 
 
@@ -100,8 +99,8 @@ def _no_palette(run: Run) -> str:
 
 
 FORMATS = {
-    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", depth_content("depth.exr"), _no_exr),
-    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", depth_content("depth.png", TUM_UNITS)),
+    "exr": Format(DEPTH, "EXR, float32 metres", "depth.exr", _depth("depth.exr"), _no_exr),
+    "tum.png": Format(DEPTH, "PNG, 5000/m (TUM)", "depth.tum.png", _depth("depth.png", TUM_UNITS)),
     "palette.png": Format(BLOCKS, "Label map, coloured", "blocks.palette.png", _blocks("palette"), _no_palette),
     "coco.json": Format(BLOCKS, "COCO, run lengths", "blocks.coco.json", _blocks("coco-rle")),
     "labelme.json": Format(BLOCKS, "labelme, polygons", "blocks.labelme.json", _blocks("labelme")),

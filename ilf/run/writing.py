@@ -37,7 +37,7 @@ from ..sources.naming import META_NAME
 from ..sources.registration import aligned
 from . import files
 from .curves import encode_curves
-from .formats import FORMATS, Content, Export, Made, check_format, colour_seen_from, depth_content
+from .formats import FORMATS, Content, Export, Made, check_format, colour_seen_from
 from .options import (
     ALIGNED_FILES,
     CLOUD_FILES,
@@ -161,7 +161,7 @@ def contents(run: Run | None, options: ExportOptions) -> dict[str, Content | Non
     """Return what makes each file that `write` writes, by its name as in `filenames`: None for cloud, mesh, meta.json
     and the record, which are made of several parts."""
     formats, units = options.depth_formats, options.depth_units
-    made: dict[str, Content | None] = {DEPTH_FILES[one]: depth_content(DEPTH_FILES[one], units) for one in formats}
+    made: dict[str, Content | None] = {DEPTH_FILES[one]: partial(_depth, DEPTH_FILES[one], units) for one in formats}
     if options.expected_error and formats:
         made |= {ERROR_FILES[one]: partial(_error, ERROR_FILES[one], units) for one in formats}
         made[files.UNSUPPORTED] = lambda completion, image: (encode_mask(unsupported(completion)), ())
@@ -188,6 +188,10 @@ def contents(run: Run | None, options: ExportOptions) -> dict[str, Content | Non
 def colour(completion: Completion, image: str) -> Made:
     """The colour of a completion as PNG."""
     return encode_image(".png", completion.frame.rgb[..., ::-1]), ()  # the encoder expects BGR
+
+
+def _depth(name: str, units: float, completion: Completion, image: str) -> Made:
+    return encode_depth(name, completion.depth, units)
 
 
 def _error(name: str, units: float, completion: Completion, image: str) -> Made:
