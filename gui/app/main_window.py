@@ -42,7 +42,7 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
-from ..widgets.basics import Late, Themed
+from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
 from .drops import FileDrops, accepted
@@ -87,7 +87,7 @@ _FURTHER: tuple[type[Feature], ...] = (
 """Those with panels of their own add them after the standard ones."""
 
 
-class MainWindow(Themed, QMainWindow):
+class MainWindow(QMainWindow):
     """The main window. It only assembles the shared objects and the features.
 
     With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
@@ -154,11 +154,6 @@ class MainWindow(Themed, QMainWindow):
         self.statusBar().clearMessage()
         if paths := accepted(event):
             self.documents.open_paths(paths)
-
-    def _take_theme(self) -> None:
-        self.actions_.draw_icons()
-        self.panels.draw_icons(self.palette())
-        draw_extensions(self)
 
     def _show_state(self) -> None:
         with QSignalBlocker(self.actions_["full_screen"]):

@@ -139,7 +139,7 @@ def draw_extensions(window: QWidget) -> None:
     for name in ("qt_menubar_ext_button", "qt_toolbar_ext_button"):
         for button in window.findChildren(QToolButton, name):
             side = "down" if isinstance(button.parent(), ToolColumn) else "right"
-            button.setIcon(theme.icon(f"ph.caret-double-{side}", window.palette()))
+            button.setIcon(theme.icon(f"ph.caret-double-{side}"))
 
 
 def fill_menu_bar(

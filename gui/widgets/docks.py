@@ -7,12 +7,12 @@ from enum import Enum
 from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QPalette
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
 from ..base import theme
 from ..base.commands import HINT, describe
-from .basics import PlainLabel, Themed, flat_button, lay_out
+from .basics import PlainLabel, flat_button, lay_out
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
@@ -30,22 +30,18 @@ _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
 
-class PanelTitle(Themed, QWidget):
+class PanelTitle(QWidget):
     """The title of a panel that has no tab, with a button that closes it; dragging it moves the panel."""
 
     def __init__(self, dock: QDockWidget) -> None:
         super().__init__(dock)
         name, title = dock.windowTitle(), PlainLabel(dock.windowTitle())
         hint = f"Close the panel {name}; View > Panels opens it again"
-        self._close = flat_button(hint, dock.close, name=f"Close {name}")
-        self._close.setObjectName("close")
-        self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        lay_out(QHBoxLayout(self), title, self._close, margins=(8, 1, 2, 1), stretched=title)
+        close = flat_button(hint, dock.close, name=f"Close {name}", icon="ph.x")
+        close.setObjectName("close")
+        close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        lay_out(QHBoxLayout(self), title, close, margins=(8, 1, 2, 1), stretched=title)
         self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
-        self._take_theme()
-
-    def _take_theme(self) -> None:
-        self._close.setIcon(theme.icon("ph.x", self.palette()))
 
 
 class PanelGroup(Enum):
@@ -58,7 +54,6 @@ class PanelGroup(Enum):
 
 class _Panel(NamedTuple):
     dock: QDockWidget
-    icon: str
     group: PanelGroup
 
 
@@ -125,7 +120,7 @@ class Docks(QObject):
         widget.setSizePolicy(policy)
         dock.setWidget(widget)
         dock.visibilityChanged.connect(widget.setVisible)  # behind another tab, it is neither drawn nor a stop of Tab
-        self._panels[title] = panel = _Panel(dock, icon, group)
+        self._panels[title] = panel = _Panel(dock, group)
         if self._placed:
             self._place(panel)
         if is_open:
@@ -139,7 +134,7 @@ class Docks(QObject):
         action.toggled.connect(self.turned)
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(self._show_titles_soon)
-        action.setIcon(theme.icon(icon, self._window.palette()))
+        action.setIcon(theme.icon(icon))
 
     def _place(self, panel: _Panel) -> None:
         """Put a panel below those of other groups, as the last tab of its own group."""
@@ -152,11 +147,6 @@ class Docks(QObject):
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide the panels, in the order in which they were added."""
         return [panel.dock.toggleViewAction() for panel in self._panels.values()]
-
-    def draw_icons(self, palette: QPalette) -> None:
-        """Redraw the icons in the colours of a palette."""
-        for panel in self._panels.values():
-            panel.dock.toggleViewAction().setIcon(theme.icon(panel.icon, palette))
 
     @property
     def open(self) -> list[str]:

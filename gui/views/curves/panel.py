@@ -69,7 +69,7 @@ class CurvesPanel(Themed, QWidget):
         self.readout = Readout()
         self.readout.setToolTip(_READOUT_HINT)
         self.scrub_bar = ScrubBar()
-        self._time_button = flat_button(_TIME_HINT, name="Curves over time")
+        self._time_button = flat_button(_TIME_HINT, name="Curves over time", icon="ph.clock")
         self._time_button.setCheckable(True)
         self._time_button.setChecked(self._by_time)
         self._time_button.toggled.connect(self.set_by_time)
@@ -330,7 +330,6 @@ class CurvesPanel(Themed, QWidget):
 
     def _refresh_theme(self) -> None:
         colours = theme.colours(self.palette())
-        self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
         self._hint.setStyleSheet(f"color: {colours.muted.name()};")
         if not self._plots:
             return
