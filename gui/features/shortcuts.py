@@ -35,27 +35,9 @@ from .tools import ToolsFeature
 # Keys of the commands: the defaults, and those set by the user.
 
 _KEY = "shortcuts"
-_FINISHES = "finishes the drawing, applies the remedy for a flagged place, or clicks at the crosshair"
 _FIXED = {
-    "Space": "clicks at the crosshair, or pans the views with the mouse",
-    "Shift+Space": "clicks at the crosshair with Shift",
-    "Ctrl+Space": "clicks at the crosshair with Ctrl",
-    "Tab": "moves the focus to the next part of the window",
-    "Shift+Tab": "moves the focus to the previous part of the window",
-    "Return": _FINISHES,
-    "Enter": _FINISHES,
-    "Alt+Return": "clicks at the crosshair with Alt",
-    "Backspace": "removes the last point of the drawing",
-    **{
-        f"{modifier}{arrow}": does
-        for arrow in ("Left", "Right", "Up", "Down")
-        for modifier, does in (
-            ("", "moves the crosshair"),
-            ("Shift+", "moves the crosshair by 10 px"),
-            ("Ctrl+", "moves the crosshair to the next border"),
-            ("Alt+", "pans the views"),
-        )
-    },
+    *("Space", "Shift+Space", "Ctrl+Space", "Tab", "Shift+Tab", "Return", "Enter", "Alt+Return", "Backspace"),
+    *(f"{held}{arrow}" for arrow in ("Left", "Right", "Up", "Down") for held in ("", "Shift+", "Ctrl+", "Alt+")),
 }
 """Keys with a fixed meaning in the whole window."""
 
@@ -118,7 +100,7 @@ class Keymap(QObject):
             for action in self._window.menuBar().actions()
         }
         held = {entry.held: f"is held down for “{entry.text}”" for entry in self.entries}
-        does = _FIXED.get(first) or menus.get(first) or held.get(first)
+        does = "has a fixed meaning" if first in _FIXED else menus.get(first) or held.get(first)
         return f"{first} {does} and cannot be assigned to a command." if does else ""
 
     def clashes(self, key: str, sequence: QKeySequence) -> list[ActionEntry]:
