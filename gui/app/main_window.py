@@ -90,8 +90,7 @@ _FURTHER: tuple[type[Feature], ...] = (
 class MainWindow(QMainWindow):
     """The main window. It only assembles the shared objects and the features.
 
-    With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
-    automatically.
+    With `persistent`, work is saved automatically, and restored.
     """
 
     def __init__(self, persistent: bool = True) -> None:
@@ -133,7 +132,7 @@ class MainWindow(QMainWindow):
         self.tool_column = ToolColumn(self.actions_, self)
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
-        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.panels.persistent)
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
         self.feature(ViewsFeature).bar.shown.menu().addAction(self.actions_["fit_range"])
         draw_extensions(self)
 

@@ -83,7 +83,9 @@ def _run(options: argparse.Namespace, sources: Sequence[FrameRef], others: list[
     log_crashes()
     app, present = _application(options.theme)
     splash = None
-    if options.screenshot is None:
+    if options.screenshot is not None:
+        _ignore_settings()
+    else:
         from .splash import show_splash
 
         splash = show_splash(app)
@@ -129,6 +131,14 @@ def _application(theme_name: str | None) -> tuple[QApplication, bool]:
     app.setDesktopFileName("ilf-studio")
     app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
     return app, app is present
+
+
+def _ignore_settings() -> None:
+    """Neither read nor change the user's settings from now on: there is no such folder."""
+    from PySide6.QtCore import QSettings
+
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, os.devnull)
 
 
 def build_parser() -> argparse.ArgumentParser:

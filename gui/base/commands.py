@@ -179,14 +179,11 @@ class Actions:
     window : QWidget
     missing : callable
         Returns what is missing of all that commands may need.
-    persistent : bool
-        Whether settings are restored and stored.
     """
 
-    def __init__(self, window: QWidget, missing: Callable[[], Need], persistent: bool = False) -> None:
+    def __init__(self, window: QWidget, missing: Callable[[], Need]) -> None:
         self._window = window
         self._missing = missing
-        self._persistent = persistent
         self.commands: dict[str, Command] = {}
         """All commands by name, in the order in which they were added."""
         self.held: dict[int, QAction] = {}
@@ -215,7 +212,7 @@ class Actions:
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
         for command in added:
-            if command.remembered and self._persistent:
+            if command.remembered:
                 self._remember(self[command.name], command)
 
     @staticmethod

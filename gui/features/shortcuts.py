@@ -54,8 +54,6 @@ class Keymap(QObject):
     ----------
     window : QMainWindow
         The window with the actions.
-    persistent : bool
-        Whether the user's keys are stored between program starts.
 
     Signals
     -------
@@ -65,10 +63,9 @@ class Keymap(QObject):
 
     changed = Signal()
 
-    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
-        self._persistent = persistent
         self._entries: dict[str, ActionEntry] = {}
         self.update()
 
@@ -84,7 +81,7 @@ class Keymap(QObject):
             if entry.action.property(_DEFAULT) is not None:
                 continue
             entry.action.setProperty(_DEFAULT, entry.action.shortcuts())
-            stored = QSettings().value(f"{_KEY}/{_name(key)}") if self._persistent else None
+            stored = QSettings().value(f"{_KEY}/{_name(key)}")
             if stored is not None:
                 # QSettings returns text with commas as a list
                 text = "; ".join(stored) if isinstance(stored, list) else str(stored)
@@ -121,8 +118,6 @@ class Keymap(QObject):
         for key, keys in changes.items():
             action = self._entries[key].action
             _assign(action, keys)
-            if not self._persistent:
-                continue
             if not is_changed(action):
                 settings.remove(f"{_KEY}/{_name(key)}")
             else:
@@ -291,13 +286,13 @@ class ShortcutsFeature(Feature):
 
     def apply_keys(self) -> None:
         """Apply the user's keys, if there are any, to all commands, which are in the menus by now."""
-        if self.context.panels.persistent and _KEY in QSettings().childGroups():
+        if _KEY in QSettings().childGroups():
             _ = self.keymap
 
     @cached_property
     def keymap(self) -> Keymap:
         """The keys of all commands, made when the first of the user's is stored or may be chosen."""
-        return Keymap(self.context.window, self.context.panels.persistent)
+        return Keymap(self.context.window)
 
     def _tell_off(self, event: QKeyEvent) -> bool:
         """Say why a command cannot be used if its keys are pressed."""
@@ -324,7 +319,7 @@ class ShortcutsFeature(Feature):
     @cached_property
     def palette(self) -> CommandPalette:
         """The command palette, made when it is first used."""
-        return CommandPalette(self.context.window, self.context.panels.persistent)
+        return CommandPalette(self.context.window)
 
     @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
     def _toggle_palette(self) -> None:

@@ -65,8 +65,6 @@ class Docks(QObject):
     Parameters
     ----------
     window : QMainWindow
-    persistent : bool
-        Whether the window size is restored from the last session and stored for the next.
 
     Signals
     -------
@@ -76,10 +74,9 @@ class Docks(QObject):
 
     turned = Signal()
 
-    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
-        self.persistent = persistent
         self._placed = self._arranged = self._in_use = False
         self._panels: dict[str, _Panel] = {}
         self._open_by_default: list[str] = []
@@ -223,7 +220,7 @@ class Docks(QObject):
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default size; both are limited to the screen."""
-        geometry = QSettings().value(_GEOMETRY_KEY) if self.persistent else None
+        geometry = QSettings().value(_GEOMETRY_KEY)
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE.boundedTo(self._window.screen().availableSize() - _FRAME))
 
@@ -248,8 +245,7 @@ class Docks(QObject):
         for dock, *_ in self._panels.values():
             if dock.isFloating():
                 dock.hide()
-        if self.persistent:
-            QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
+        QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
 
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
