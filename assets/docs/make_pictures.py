@@ -22,6 +22,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
 from gui.app.main_window import MainWindow
+from gui.app.start import ignore_settings
 from gui.base import theme
 from gui.features.accuracy.hold_out import HoldOutDialog
 from gui.features.accuracy.panel import AccuracyPanel
@@ -63,6 +64,7 @@ class Tour:
     """The window, what is done in it, and the figures that it shows."""
 
     def __init__(self) -> None:
+        ignore_settings()
         self.window = MainWindow(persistent=False)
         self.window.project.discard_silently = True
         self.window.resize(*SIZE)

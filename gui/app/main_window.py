@@ -42,7 +42,7 @@ from ..features.start_page import StartPageFeature
 from ..features.status import StatusFeature
 from ..features.tools import ToolsFeature
 from ..features.views import ViewsFeature
-from ..widgets.basics import Late, Themed
+from ..widgets.basics import Late
 from ..widgets.docks import PanelGroup
 from ..work.jobs import stop_workers
 from .drops import FileDrops, accepted
@@ -87,11 +87,10 @@ _FURTHER: tuple[type[Feature], ...] = (
 """Those with panels of their own add them after the standard ones."""
 
 
-class MainWindow(Themed, QMainWindow):
+class MainWindow(QMainWindow):
     """The main window. It only assembles the shared objects and the features.
 
-    With `persistent`, size and panels are restored from the last session and stored for the next, and work is saved
-    automatically.
+    With `persistent`, work is saved automatically, and restored.
     """
 
     def __init__(self, persistent: bool = True) -> None:
@@ -133,7 +132,7 @@ class MainWindow(Themed, QMainWindow):
         self.tool_column = ToolColumn(self.actions_, self)
         self.addToolBar(Qt.ToolBarArea.LeftToolBarArea, self.tool_column)
         self.centre.turned.connect(lambda: self.tool_bar.show_options(not self.centre.shows_cloud_alone))
-        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles(), self.panels.persistent)
+        fill_menu_bar(self.menuBar(), self.actions_, self.views, self.panels.toggles())
         self.feature(ViewsFeature).bar.shown.menu().addAction(self.actions_["fit_range"])
         draw_extensions(self)
 
@@ -154,11 +153,6 @@ class MainWindow(Themed, QMainWindow):
         self.statusBar().clearMessage()
         if paths := accepted(event):
             self.documents.open_paths(paths)
-
-    def _take_theme(self) -> None:
-        self.actions_.draw_icons()
-        self.panels.draw_icons(self.palette())
-        draw_extensions(self)
 
     def _show_state(self) -> None:
         with QSignalBlocker(self.actions_["full_screen"]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import os
 import re
 import sys
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from ilf._runtime.installation import __version__, asset_path, check_opencv, optional, run_if_child
@@ -83,7 +85,9 @@ def _run(options: argparse.Namespace, sources: Sequence[FrameRef], others: list[
     log_crashes()
     app, present = _application(options.theme)
     splash = None
-    if options.screenshot is None:
+    if options.screenshot is not None:
+        ignore_settings()
+    else:
         from .splash import show_splash
 
         splash = show_splash(app)
@@ -129,6 +133,16 @@ def _application(theme_name: str | None) -> tuple[QApplication, bool]:
     app.setDesktopFileName("ilf-studio")
     app.setWindowIcon(QIcon(str(asset_path("icons/ilf-studio.png"))))
     return app, app is present
+
+
+def ignore_settings() -> None:
+    """Neither read nor change the user's settings from now on: they are those of this process alone."""
+    from PySide6.QtCore import QSettings
+
+    folder = TemporaryDirectory(prefix="ilf-")
+    atexit.register(folder.cleanup)
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, folder.name)
 
 
 def build_parser() -> argparse.ArgumentParser:

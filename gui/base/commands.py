@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import inspect
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar
@@ -179,19 +179,15 @@ class Actions:
     window : QWidget
     missing : callable
         Returns what is missing of all that commands may need.
-    persistent : bool
-        Whether settings are restored and stored.
     """
 
-    def __init__(self, window: QWidget, missing: Callable[[], Need], persistent: bool = False) -> None:
+    def __init__(self, window: QWidget, missing: Callable[[], Need]) -> None:
         self._window = window
         self._missing = missing
-        self._persistent = persistent
         self.commands: dict[str, Command] = {}
         """All commands by name, in the order in which they were added."""
         self.held: dict[int, QAction] = {}
         """Key -> the action that it switches on while held."""
-        self._icons: dict[str, str] = {}
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
 
@@ -216,7 +212,7 @@ class Actions:
             self.commands[command.name] = command
             self.adopt(command.name, action, command.icon)
         for command in added:
-            if command.remembered and self._persistent:
+            if command.remembered:
                 self._remember(self[command.name], command)
 
     @staticmethod
@@ -227,11 +223,11 @@ class Actions:
         action.toggled.connect(partial(settings.setValue, command.remembered))
 
     def adopt(self, name: str, action: QAction, icon: str = "") -> None:
-        """Add an action that was made elsewhere, as that of a menu, or give one another icon."""
+        """Add an action that was made elsewhere, as that of a menu."""
         action.setObjectName(name)
         self._actions[name] = action
-        self._icons[name] = icon
-        self.draw_icons((name,))
+        if icon:
+            action.setIcon(theme.icon(icon))
 
     def menu(self, title: str, parent: QWidget, names: str = "") -> QMenu:
         """Make a menu of actions, which are on or off as it opens; `names` as of `fill`."""
@@ -272,13 +268,6 @@ class Actions:
         for action in self._actions.values():
             if isinstance(action, CommandAction):
                 action.enable(missing)
-
-    def draw_icons(self, names: Collection[str] = ()) -> None:
-        """Redraw the icons of some actions, or of all, in the colours of the window's palette."""
-        palette = self._window.palette()
-        for name in names or self._icons:
-            if self._icons[name]:
-                self[name].setIcon(theme.icon(self._icons[name], palette))
 
 
 def take_typed() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QColor, QIcon, QPalette
+from PySide6.QtCore import QRect, QSize, Qt, QTimer
+from PySide6.QtGui import QColor, QIcon, QIconEngine, QPainter, QPalette, QPixmap
 from PySide6.QtWidgets import QApplication, QMenuBar, QTabBar, QToolTip
 
 THEMES = ("system", "light", "dark")
@@ -188,10 +188,29 @@ def faded(colour: QColor, opacity: int) -> QColor:
     return QColor(colour.red(), colour.green(), colour.blue(), opacity)
 
 
-def icon(name: str, palette: QPalette, tone: str = "text") -> QIcon:
-    """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name."""
-    used = colours(palette)
-    return _icon(name, getattr(used, tone).rgba(), used.accent.rgba(), used.muted.rgba())
+@cache
+def icon(name: str, tone: str = "text") -> QIcon:
+    """Return an icon of the Phosphor set ("ph.play") in a colour of `Colours`, by its name: of the theme in which it is
+    painted."""
+    return QIcon(_IconEngine(name, tone))
+
+
+class _IconEngine(QIconEngine):
+    """Paints an icon in the colours that the application has then."""
+
+    def __init__(self, name: str, tone: str) -> None:
+        super().__init__()
+        self._name, self._tone = name, tone
+
+    def _now(self) -> QIcon:
+        used = colours(QApplication.palette())
+        return _icon(self._name, getattr(used, self._tone).rgba(), used.accent.rgba(), used.muted.rgba())
+
+    def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        self._now().paint(painter, rect, mode=mode, state=state)
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
+        return self._now().pixmap(size, 1.0, mode, state)
 
 
 @cache

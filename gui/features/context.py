@@ -45,8 +45,7 @@ class Context:
     window : QMainWindow
         Parent of dialogs, with menu bar and status bar.
     persistent : bool
-        Whether size and panels are restored from the last session and stored for the next, and work is saved
-        automatically.
+        Whether work is saved automatically, and restored.
 
     Attributes
     ----------
@@ -65,13 +64,13 @@ class Context:
     """
 
     def __init__(self, window: QMainWindow, persistent: bool) -> None:
-        self.window = window
+        self.window, self.persistent = window, persistent
         self.workspace = workspace = Workspace(window)
         self.recorder = Recorder(workspace, WorkStore(autosave_folder() if persistent else None), window)
         self.runs = RunController(workspace, window)
         self.runs.state_changed.connect(lambda: workspace.note(Part.RUNNING))
         self.refresh = Refresh(workspace, window)
-        self.panels = Docks(window, persistent)
+        self.panels = Docks(window)
         self.views = LinkedViews(workspace)
         self.centre = Centre(self.views)
         self.log = LogPanel()
@@ -79,7 +78,7 @@ class Context:
         self.loader = FrameLoader(workspace, self.recorder.store, self.notes, window)
         self.loader.busy_changed.connect(lambda: workspace.note(Part.LOADING))
         self.editor = Editor(workspace, self.views, window)
-        self.actions = Actions(window, self.missing, persistent)
+        self.actions = Actions(window, self.missing)
         self.features: list[Feature] = []
         self._kinds: list[type[Feature]] = []
         self.refresh.add("commands", self.actions.refresh, _OF_COMMANDS, also=(self.editor.tool_changed,))

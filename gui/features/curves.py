@@ -49,7 +49,7 @@ class CurvesFeature(Panel):
     widget: CurvesPanel
 
     def make(self) -> CurvesPanel:
-        panel = CurvesPanel(self.context.panels.persistent)
+        panel = CurvesPanel()
         self._state = self.context.runs.state
         self._bar = bar = panel.scrub_bar
         bar.set_hint("View earlier iterations: the views show the depth after iteration i of every block.")

@@ -93,12 +93,12 @@ class FilterPanel(Panel):
     @property
     def for_selected(self) -> bool:
         """Whether the parameters are those of the selected blocks."""
-        return self.scope.currentIndex() == 1
+        return bool(self.workspace.chosen) and self.scope.currentIndex() == 1
 
     @property
     def shown(self) -> Parameters:
         """The parameters that the panel shows: those of all blocks, or of the first selected one."""
-        if self._applies_to_selected:
+        if self.for_selected:
             return self.workspace.current.parameters_of(self.workspace.chosen)
         return self.workspace.parameters.current
 
@@ -107,10 +107,6 @@ class FilterPanel(Panel):
         """The selected blocks that have pixels."""
         document = self.workspace.current
         return set(document.selected) & document.counts().keys()
-
-    @property
-    def _applies_to_selected(self) -> bool:
-        return bool(self.workspace.chosen) and self.for_selected
 
     def refresh(self, parts: Part) -> None:
         """Show the parameters, and what the last change of one of them has changed."""
@@ -151,7 +147,7 @@ class FilterPanel(Panel):
         """Apply edited parameters to all blocks or to the selected ones, and complete these again if that is on."""
         names = parameters.differences_from(self.shown)
         before = _up_to_date(self.workspace.shown) if self.workspace.shown is not None else {}
-        if self._applies_to_selected:
+        if self.for_selected:
             self.workspace.parameters.set_own(names, self.workspace.current.selected)
         else:
             self.workspace.parameters.set(parameters)
@@ -182,7 +178,7 @@ class FilterPanel(Panel):
         """Apply all parameters of a preset; per-block parameters stay, which a message reports."""
         self._bases[self.for_selected] = name
         workspace, parameters = self.workspace, self.presets.parameters(name)
-        if self._applies_to_selected:
+        if self.for_selected:
             workspace.parameters.set(parameters, workspace.current.selected)
         else:
             workspace.parameters.set(parameters)
@@ -232,7 +228,7 @@ class FilterPanel(Panel):
     def try_shown(self) -> None:
         """Try smaller and larger values of the parameters shown, and put those first that change the depth of this
         frame most; its parameters and results stay as they are."""
-        blocks = sorted(self._selected) if self._applies_to_selected else ()
+        blocks = sorted(self._selected) if self.for_selected else ()
         self._change, self._edited = None, self.shown
         run, names = self.workspace.current.run(self.workspace.parameters.current), self.form.shown
         self.requests.ask(lambda: try_parameters(run, names, blocks), self._show_trial, kind="trial")

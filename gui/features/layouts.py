@@ -102,22 +102,15 @@ _KEY = "layouts"
 
 
 class LayoutStore:
-    """Layouts by name, each in its state after a reset, with the current one and the last state of each.
+    """Layouts by name, each in its state after a reset, with the current one and the last state of each; stored between
+    program starts."""
 
-    Parameters
-    ----------
-    persistent : bool
-        Whether layouts are stored between program starts.
-    """
-
-    def __init__(self, persistent: bool) -> None:
-        self._persistent = persistent
+    def __init__(self) -> None:
         self.layouts = dict(BUILT_IN)
         self.changed: dict[str, Arrangement] = {}
         """Last state of layouts, if known."""
         self.present = STANDARD
-        if persistent:
-            self._read()
+        self._read()
 
     @property
     def own(self) -> dict[str, Arrangement]:
@@ -147,10 +140,9 @@ class LayoutStore:
 
     def write(self) -> None:
         """Store all layouts."""
-        if self._persistent:
-            stored = msgspec.json.encode((self.present, self.own, self.changed))
-            # with its checksum: Qt may crash on damaged places
-            QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
+        stored = msgspec.json.encode((self.present, self.own, self.changed))
+        # with its checksum: Qt may crash on damaged places
+        QSettings().setValue(_KEY, QByteArray(zlib.compress(stored)))
 
     def _read(self) -> None:
         kind = tuple[str, dict[str, Arrangement], dict[str, Arrangement]]
@@ -207,7 +199,7 @@ class LayoutsFeature(Feature):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.store = LayoutStore(context.panels.persistent)
+        self.store = LayoutStore()
         self._last = STANDARD
         self._deleted: tuple[str, Arrangement] | None = None
         self._actions: dict[str, QAction] = {}

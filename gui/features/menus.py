@@ -139,13 +139,11 @@ def draw_extensions(window: QWidget) -> None:
     for name in ("qt_menubar_ext_button", "qt_toolbar_ext_button"):
         for button in window.findChildren(QToolButton, name):
             side = "down" if isinstance(button.parent(), ToolColumn) else "right"
-            button.setIcon(theme.icon(f"ph.caret-double-{side}", window.palette()))
+            button.setIcon(theme.icon(f"ph.caret-double-{side}"))
 
 
-def fill_menu_bar(
-    bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction], persistent: bool
-) -> None:
-    """Create all menus; `toggles` show and hide the docks. The colours of depth are restored if `persistent`."""
+def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: Iterable[QAction]) -> None:
+    """Create all menus; `toggles` show and hide the docks."""
     views.data.stage_actions = [actions[f"stage_{name}"] for name in STAGES]
     for action, text in zip(views.data.stage_actions, STAGES.values(), strict=True):
         action.setIconText(text)
@@ -162,7 +160,7 @@ def fill_menu_bar(
         "play": actions.menu("&Play the frames", bar, PLAY_MENU),
         "propagation": actions.menu("Pr&opagation method", bar, "propagate_auto propagate_copied propagate_flow"),
         "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
-        "depth_colours": _depth_map_menu(views, bar, persistent),
+        "depth_colours": _depth_map_menu(views, bar),
         "theme": _theme_menu(bar),
     }
     for name, menu in below.items():
@@ -179,7 +177,7 @@ def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     return menu
 
 
-def _depth_map_menu(views: LinkedViews, parent: QWidget, persistent: bool) -> QMenu:
+def _depth_map_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     """The colour maps of depth; the choice is remembered."""
     menu = QMenu("Depth &colours", parent)
 
@@ -190,7 +188,7 @@ def _depth_map_menu(views: LinkedViews, parent: QWidget, persistent: bool) -> QM
     actions = add_choices(menu, {name: name.capitalize() for name in DEPTH_MAPS}, DEPTH_MAP, choose)
     views.rangeChanged.connect(lambda: actions[views.data.depth_map].setChecked(True))
     stored = str(QSettings().value(_MAP_KEY, DEPTH_MAP))
-    if persistent and stored in DEPTH_MAPS:
+    if stored in DEPTH_MAPS:
         views.ranges.set_depth_map(stored)
     return menu
 

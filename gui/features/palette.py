@@ -127,17 +127,15 @@ class CommandPalette(QFrame):
     ----------
     window : QMainWindow
         The window with the actions.
-    persistent : bool
-        Whether recently used commands are stored between program starts.
     """
 
-    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self.setObjectName("palette")
         self.setAccessibleName("Command palette")
         self.hide()
-        self._window, self._persistent = window, persistent
-        kept = QSettings().value(_RECENT_KEY) if persistent else None
+        self._window = window
+        kept = QSettings().value(_RECENT_KEY)
         self._recent = [kept] if isinstance(kept, str) else [str(key) for key in kept or []]
         """Keys of recently used commands, the latest first."""
         self._entries: list[ActionEntry] = []
@@ -226,8 +224,7 @@ class CommandPalette(QFrame):
         if entry is None or entry.why_not:
             return
         self._recent = [key, *(other for other in self._recent if other != key)][:_MOST_RECENT]
-        if self._persistent:
-            QSettings().setValue(_RECENT_KEY, self._recent)
+        QSettings().setValue(_RECENT_KEY, self._recent)
         self.leave()
         QTimer.singleShot(0, entry.action, entry.action.trigger)  # after the key event
 

@@ -25,7 +25,7 @@ from ilf.errors import IlfError
 
 from ..base import theme
 from ..base.commands import command, commands_of
-from ..widgets.basics import Themed, answers, label_of, lay_out, menu_button, open_once
+from ..widgets.basics import answers, label_of, lay_out, menu_button, open_once
 from ..widgets.file_choice import ask_path, choose_file, last_folder, remember_folder
 from ..widgets.notices import DESTROY, ask
 from ..work.steps import Steps, in_steps
@@ -63,7 +63,7 @@ _FILES = "Preset (*.json)"
 _ABOUT = "best: adapts to edges and noise. paper: as described in the paper. released-code: as in the authors' program."
 
 
-class PresetBox(Themed, QWidget):
+class PresetBox(QWidget):
     """List that shows the preset of some parameters, or the preset they are based on, and selects another; with the
     commands on the user's presets in a menu.
 
@@ -96,9 +96,9 @@ class PresetBox(Themed, QWidget):
         commands = list(commands_of(PresetBox, lambda: self))
         context.actions.add(commands)
         menu = context.actions.menu("", self, " ".join(command.name for command in commands))
-        self._menu_button = menu_button(menu, "", "Save, rename, delete, import or export presets of your own")
-        lay_out(QHBoxLayout(self), self.names, self._menu_button, spacing=2, stretched=self.names)
-        self._take_theme()
+        more = menu_button(menu, "", "Save, rename, delete, import or export presets of your own")
+        more.setIcon(theme.icon("ph.dots-three-vertical"))
+        lay_out(QHBoxLayout(self), self.names, more, spacing=2, stretched=self.names)
         self.read()
 
     @property
@@ -126,9 +126,6 @@ class PresetBox(Themed, QWidget):
             self.names.setItemText(self.names.findData(name), text)
         self.names.setCurrentIndex(self.names.findData(shown))
         return shown
-
-    def _take_theme(self) -> None:
-        self._menu_button.setIcon(theme.icon("ph.dots-three-vertical", self.palette()))
 
     def read(self) -> None:
         """Read all presets of the user, and list them below the built-in ones."""

@@ -35,27 +35,9 @@ from .tools import ToolsFeature
 # Keys of the commands: the defaults, and those set by the user.
 
 _KEY = "shortcuts"
-_FINISHES = "finishes the drawing, applies the remedy for a flagged place, or clicks at the crosshair"
 _FIXED = {
-    "Space": "clicks at the crosshair, or pans the views with the mouse",
-    "Shift+Space": "clicks at the crosshair with Shift",
-    "Ctrl+Space": "clicks at the crosshair with Ctrl",
-    "Tab": "moves the focus to the next part of the window",
-    "Shift+Tab": "moves the focus to the previous part of the window",
-    "Return": _FINISHES,
-    "Enter": _FINISHES,
-    "Alt+Return": "clicks at the crosshair with Alt",
-    "Backspace": "removes the last point of the drawing",
-    **{
-        f"{modifier}{arrow}": does
-        for arrow in ("Left", "Right", "Up", "Down")
-        for modifier, does in (
-            ("", "moves the crosshair"),
-            ("Shift+", "moves the crosshair by 10 px"),
-            ("Ctrl+", "moves the crosshair to the next border"),
-            ("Alt+", "pans the views"),
-        )
-    },
+    *("Space", "Shift+Space", "Ctrl+Space", "Tab", "Shift+Tab", "Return", "Enter", "Alt+Return", "Backspace"),
+    *(f"{held}{arrow}" for arrow in ("Left", "Right", "Up", "Down") for held in ("", "Shift+", "Ctrl+", "Alt+")),
 }
 """Keys with a fixed meaning in the whole window."""
 
@@ -72,8 +54,6 @@ class Keymap(QObject):
     ----------
     window : QMainWindow
         The window with the actions.
-    persistent : bool
-        Whether the user's keys are stored between program starts.
 
     Signals
     -------
@@ -83,10 +63,9 @@ class Keymap(QObject):
 
     changed = Signal()
 
-    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
-        self._persistent = persistent
         self._entries: dict[str, ActionEntry] = {}
         self.update()
 
@@ -102,7 +81,7 @@ class Keymap(QObject):
             if entry.action.property(_DEFAULT) is not None:
                 continue
             entry.action.setProperty(_DEFAULT, entry.action.shortcuts())
-            stored = QSettings().value(f"{_KEY}/{_name(key)}") if self._persistent else None
+            stored = QSettings().value(f"{_KEY}/{_name(key)}")
             if stored is not None:
                 # QSettings returns text with commas as a list
                 text = "; ".join(stored) if isinstance(stored, list) else str(stored)
@@ -118,7 +97,7 @@ class Keymap(QObject):
             for action in self._window.menuBar().actions()
         }
         held = {entry.held: f"is held down for “{entry.text}”" for entry in self.entries}
-        does = _FIXED.get(first) or menus.get(first) or held.get(first)
+        does = "has a fixed meaning" if first in _FIXED else menus.get(first) or held.get(first)
         return f"{first} {does} and cannot be assigned to a command." if does else ""
 
     def clashes(self, key: str, sequence: QKeySequence) -> list[ActionEntry]:
@@ -139,8 +118,6 @@ class Keymap(QObject):
         for key, keys in changes.items():
             action = self._entries[key].action
             _assign(action, keys)
-            if not self._persistent:
-                continue
             if not is_changed(action):
                 settings.remove(f"{_KEY}/{_name(key)}")
             else:
@@ -309,13 +286,13 @@ class ShortcutsFeature(Feature):
 
     def apply_keys(self) -> None:
         """Apply the user's keys, if there are any, to all commands, which are in the menus by now."""
-        if self.context.panels.persistent and _KEY in QSettings().childGroups():
+        if _KEY in QSettings().childGroups():
             _ = self.keymap
 
     @cached_property
     def keymap(self) -> Keymap:
         """The keys of all commands, made when the first of the user's is stored or may be chosen."""
-        return Keymap(self.context.window, self.context.panels.persistent)
+        return Keymap(self.context.window)
 
     def _tell_off(self, event: QKeyEvent) -> bool:
         """Say why a command cannot be used if its keys are pressed."""
@@ -342,7 +319,7 @@ class ShortcutsFeature(Feature):
     @cached_property
     def palette(self) -> CommandPalette:
         """The command palette, made when it is first used."""
-        return CommandPalette(self.context.window, self.context.panels.persistent)
+        return CommandPalette(self.context.window)
 
     @command("palette", "Command &palette…", icon="ph.magnifying-glass", keys="Ctrl+Shift+P")
     def _toggle_palette(self) -> None:

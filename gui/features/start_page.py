@@ -139,7 +139,7 @@ class StartPage(Themed, QWidget):
 
     def _take_theme(self) -> None:
         """Draw the thumbnails, or an icon where there is none."""
-        none = theme.icon("ph.image", self.palette()).pixmap(_NO_PICTURE, QIcon.Mode.Disabled)
+        none = theme.icon("ph.image").pixmap(_NO_PICTURE, QIcon.Mode.Disabled)
         for item in map(self.recent.item, range(self.recent.count())):
             origin = item.data(_ORIGIN)
             picture = self.thumbnails.of(key_of(origin), partial(_picture_of, origin))

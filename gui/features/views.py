@@ -57,7 +57,7 @@ class ViewsFeature(Feature):
         refresh.add("blink", partial(blink.setChecked, False), edits)
         self.views.sheet.layoutChanged.connect(self._follow_layout)
         refresh.add("depth in", self._put_back, Part.FRAME | Part.GUIDE | Part.NEIGHBOURS)
-        if context.panels.persistent:
+        if context.persistent:
             refresh.add("depth colours", self._tell_map, Part.FRAME)
 
     def _tell_map(self) -> None:

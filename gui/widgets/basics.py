@@ -282,10 +282,14 @@ def command_button(action: QAction, style: Qt.ToolButtonStyle = Qt.ToolButtonSty
     return button
 
 
-def flat_button(hint: str, clicked: Callable[[], object] = lambda: None, text: str = "", name: str = "") -> QToolButton:
+def flat_button(
+    hint: str, clicked: Callable[[], object] = lambda: None, text: str = "", name: str = "", icon: str = ""
+) -> QToolButton:
     """Return a flat button with a hint, which is also its accessible name if there is no other."""
     button = QToolButton(autoRaise=True)
     button.setText(text)
+    if icon:
+        button.setIcon(theme.icon(icon))
     button.setToolTip(hint)
     button.setAccessibleName(name or hint)
     button.clicked.connect(clicked)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
-from typing import NamedTuple
 
 from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QPalette
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
 from ..base import theme
 from ..base.commands import HINT, describe
-from .basics import PlainLabel, Themed, flat_button, lay_out
+from .basics import PlainLabel, flat_button, lay_out
 
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
@@ -30,22 +29,18 @@ _MIN_HEIGHT = 60
 """Height [px] to which a panel can shrink, so that the panels never enlarge the window."""
 
 
-class PanelTitle(Themed, QWidget):
+class PanelTitle(QWidget):
     """The title of a panel that has no tab, with a button that closes it; dragging it moves the panel."""
 
     def __init__(self, dock: QDockWidget) -> None:
         super().__init__(dock)
         name, title = dock.windowTitle(), PlainLabel(dock.windowTitle())
         hint = f"Close the panel {name}; View > Panels opens it again"
-        self._close = flat_button(hint, dock.close, name=f"Close {name}")
-        self._close.setObjectName("close")
-        self._close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        lay_out(QHBoxLayout(self), title, self._close, margins=(8, 1, 2, 1), stretched=title)
+        close = flat_button(hint, dock.close, name=f"Close {name}", icon="ph.x")
+        close.setObjectName("close")
+        close.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        lay_out(QHBoxLayout(self), title, close, margins=(8, 1, 2, 1), stretched=title)
         self.setToolTip("Drag the title, or double-click it, to move the panel out of the window")
-        self._take_theme()
-
-    def _take_theme(self) -> None:
-        self._close.setIcon(theme.icon("ph.x", self.palette()))
 
 
 class PanelGroup(Enum):
@@ -56,12 +51,6 @@ class PanelGroup(Enum):
     INSPECTION = 2.6
 
 
-class _Panel(NamedTuple):
-    dock: QDockWidget
-    icon: str
-    group: PanelGroup
-
-
 class Docks(QObject):
     """The panels at the right side of a window, and the actions that show and hide them.
 
@@ -70,8 +59,6 @@ class Docks(QObject):
     Parameters
     ----------
     window : QMainWindow
-    persistent : bool
-        Whether the window size is restored from the last session and stored for the next.
 
     Signals
     -------
@@ -81,12 +68,12 @@ class Docks(QObject):
 
     turned = Signal()
 
-    def __init__(self, window: QMainWindow, persistent: bool) -> None:
+    def __init__(self, window: QMainWindow) -> None:
         super().__init__(window)
         self._window = window
-        self.persistent = persistent
         self._placed = self._arranged = self._in_use = False
-        self._panels: dict[str, _Panel] = {}
+        self._docks: dict[str, QDockWidget] = {}
+        self._groups: dict[QDockWidget, PanelGroup] = {}
         self._open_by_default: list[str] = []
         self._last_open: list[str] = []
         self._sized: set[PanelGroup] = set()
@@ -125,9 +112,9 @@ class Docks(QObject):
         widget.setSizePolicy(policy)
         dock.setWidget(widget)
         dock.visibilityChanged.connect(widget.setVisible)  # behind another tab, it is neither drawn nor a stop of Tab
-        self._panels[title] = panel = _Panel(dock, icon, group)
+        self._docks[title], self._groups[dock] = dock, group
         if self._placed:
-            self._place(panel)
+            self._place(dock)
         if is_open:
             self._open_by_default.append(title)
         dock.setVisible(is_open)
@@ -139,39 +126,34 @@ class Docks(QObject):
         action.toggled.connect(self.turned)
         for changed in (action.toggled, dock.topLevelChanged):
             changed.connect(self._show_titles_soon)
-        action.setIcon(theme.icon(icon, self._window.palette()))
+        action.setIcon(theme.icon(icon))
 
-    def _place(self, panel: _Panel) -> None:
+    def _place(self, dock: QDockWidget) -> None:
         """Put a panel below those of other groups, as the last tab of its own group."""
-        others = self._members(panel.group)
-        before = others[: others.index(panel.dock)]
-        self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, panel.dock)
+        others = [other for other, group in self._groups.items() if group is self._groups[dock]]
+        before = others[: others.index(dock)]
+        self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
         if before:
-            self._window.tabifyDockWidget(before[-1], panel.dock)
+            self._window.tabifyDockWidget(before[-1], dock)
 
     def toggles(self) -> list[QAction]:
         """Return the actions that show and hide the panels, in the order in which they were added."""
-        return [panel.dock.toggleViewAction() for panel in self._panels.values()]
-
-    def draw_icons(self, palette: QPalette) -> None:
-        """Redraw the icons in the colours of a palette."""
-        for panel in self._panels.values():
-            panel.dock.toggleViewAction().setIcon(theme.icon(panel.icon, palette))
+        return [dock.toggleViewAction() for dock in self._groups]
 
     @property
     def open(self) -> list[str]:
         """Titles of the open panels, including those behind other tabs."""
-        return [title for title, panel in self._panels.items() if not panel.dock.isHidden()]
+        return [title for title, dock in self._docks.items() if not dock.isHidden()]
 
     def reveal(self, title: str) -> None:
         """Show a panel on request of the user, in front of the other tabs of its place."""
         self._show([*self.open, title])
-        self._panels[title].dock.raise_()
+        self._docks[title].raise_()
 
     def enter(self, title: str) -> None:
         """Show a panel and give its first control the keyboard focus."""
         self.reveal(title)
-        content = self._panels[title].dock.widget()
+        content = self._docks[title].widget()
         content.show()  # it is hidden until the tab has turned
         for control in (content, *content.findChildren(QWidget)):
             if control.isVisible() and control.isEnabled() and control.focusPolicy() & Qt.FocusPolicy.TabFocus:
@@ -181,7 +163,7 @@ class Docks(QObject):
 
     def _turn(self, title: str) -> None:
         """Close a panel that is in sight, or show it."""
-        dock = self._panels[title].dock
+        dock = self._docks[title]
         if not dock.isHidden() and dock.widget().isVisible():
             dock.close()
         else:
@@ -220,20 +202,20 @@ class Docks(QObject):
             self._sized.clear()
             self._show(wanted)
             for title in reversed(self.open):  # the first one of each group in front
-                self._panels[title].dock.raise_()
+                self._docks[title].raise_()
             return
-        self._sized = {self._panels[title].group for title in wanted if title in self._panels}
+        self._sized = {self._groups[self._docks[title]] for title in wanted if title in self._docks}
         self._show(wanted)
 
     def place(self) -> None:
         """Place all panels, group by group, in whatever order they were added."""
-        for panel in sorted(self._panels.values(), key=lambda panel: list(PanelGroup).index(panel.group)):
-            self._place(panel)
+        for dock in sorted(self._groups, key=lambda dock: list(PanelGroup).index(self._groups[dock])):
+            self._place(dock)
         self._placed = True
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default size; both are limited to the screen."""
-        geometry = QSettings().value(_GEOMETRY_KEY) if self.persistent else None
+        geometry = QSettings().value(_GEOMETRY_KEY)
         if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
             self._window.resize(DEFAULT_SIZE.boundedTo(self._window.screen().availableSize() - _FRAME))
 
@@ -246,7 +228,7 @@ class Docks(QObject):
         self._show_titles_soon()
         self._declared = self._window.saveState(_VERSION)
         self.take(*self._requested)
-        for dock in (panel.dock for panel in self._panels.values()):
+        for dock in self._groups:
             if dock.isFloating() and not dock.isHidden():  # what is mapped before the window stays below it (X11)
                 dock.hide()
                 QTimer.singleShot(0, dock, dock.show)
@@ -255,14 +237,10 @@ class Docks(QObject):
         """Store the window size for the next session, when the window closes, and close what is outside it."""
         self._in_use = False
         self._titles_timer.stop()
-        for dock, *_ in self._panels.values():
+        for dock in self._groups:
             if dock.isFloating():
                 dock.hide()
-        if self.persistent:
-            QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
-
-    def _members(self, group: PanelGroup) -> list[QDockWidget]:
-        return [panel.dock for panel in self._panels.values() if panel.group is group]
+        QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
 
     def _show_titles_soon(self) -> None:
         if self._in_use:  # closing the window hides its panels
@@ -270,7 +248,7 @@ class Docks(QObject):
 
     def _show_titles(self) -> None:
         """Leave out the title of panels that have a tab with the same text; those outside the window have its frame."""
-        for dock, *_ in self._panels.values():
+        for dock in self._groups:
             tabbed = any(not other.isHidden() for other in self._window.tabifiedDockWidgets(dock))
             wanted = QWidget if tabbed else None if dock.isFloating() else PanelTitle
             present = dock.titleBarWidget()
@@ -301,18 +279,18 @@ class Docks(QObject):
 
     def _show(self, titles: Iterable[str]) -> None:
         wanted = set(titles)
-        for title, panel in self._panels.items():
-            if panel.dock.isHidden() == (title in wanted):
-                panel.dock.setVisible(title in wanted)
+        for title, dock in self._docks.items():
+            if dock.isHidden() == (title in wanted):
+                dock.setVisible(title in wanted)
         if self._arranged:
             self._size_new()
 
     def _size_new(self) -> None:
         """Set default sizes if a group is visible for the first time in this layout; a column keeps its width."""
         shown: dict[PanelGroup, QDockWidget] = {}
-        for panel in self._panels.values():
-            if not panel.dock.isHidden() and not panel.dock.isFloating():
-                shown.setdefault(panel.group, panel.dock)
+        for dock, group in self._groups.items():
+            if not dock.isHidden() and not dock.isFloating():
+                shown.setdefault(group, dock)
         if self._sized.issuperset(shown):
             return
         docks = list(shown.values())

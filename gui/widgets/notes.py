@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QToolButton
 
 from ilf._runtime.termination import log_error
 
-from ..base import theme
-from .basics import ElidedLabel, Themed, flat_button, lay_out, without_flags
+from .basics import ElidedLabel, flat_button, lay_out, without_flags
 from .notices import LogPanel, ProblemBox, error_details, error_text
 
 _SHARE = 0.6
@@ -20,7 +19,7 @@ _MIN_STAY_MS = 2000
 """Minimum time [ms] that a message stays after the pointer has left it."""
 
 
-class Toast(Themed, QFrame):
+class Toast(QFrame):
     """A message in one line, with buttons for its commands, if any, and a close button. It never takes the focus, and
     stays for a time, longer while the pointer is over it.
 
@@ -40,7 +39,7 @@ class Toast(Themed, QFrame):
         )
         self.commands = [self._button(action) for action in actions]
         self.label = ElidedLabel(Qt.TextElideMode.ElideMiddle)
-        self.close_button = flat_button("Close this message", self._go)
+        self.close_button = flat_button("Close this message", self._go, icon="ph.x")
         row = lay_out(QHBoxLayout(self), self.label, margins=(6, 0, 1, 0), spacing=4, stretched=self.label)
         for button in (*self.commands, self.close_button):
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -52,7 +51,6 @@ class Toast(Themed, QFrame):
         self.setAccessibleName(message)
         QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.Alert))
         self._over.start(milliseconds)
-        self._take_theme()
 
     def _button(self, action: QAction) -> QToolButton:
         button = QToolButton()
@@ -72,9 +70,6 @@ class Toast(Themed, QFrame):
         """Restart the timer."""
         super().leaveEvent(event)
         self._over.start()
-
-    def _take_theme(self) -> None:
-        self.close_button.setIcon(theme.icon("ph.x", self.palette()))
 
     def _go(self) -> None:
         self._over.stop()

@@ -63,7 +63,7 @@ _ICON_SIZE = 40
 def show_icon(box: QMessageBox, icon: QMessageBox.Icon) -> None:
     """Give a message box its icon, of the same family as all others."""
     name, tone = _ICONS[icon]
-    box.setIconPixmap(theme.icon(name, box.palette(), tone).pixmap(_ICON_SIZE))
+    box.setIconPixmap(theme.icon(name, tone).pixmap(_ICON_SIZE))
 
 
 DESTROY, ACCEPT = QMessageBox.ButtonRole.DestructiveRole, QMessageBox.ButtonRole.AcceptRole

@@ -308,13 +308,13 @@ class ParameterRow(Themed, QWidget):
         self._slider = self._made_slider() if has_slider(self.declaration) else None
         if self._slider is not None:
             grid.addWidget(self._slider, 1, 0, 1, 2)
-        self._reset = flat_button("", lambda: self._edited(None), name=f"Reset {label}")
+        reset = f"Reset {label}"
+        self._reset = flat_button("", lambda: self._edited(None), name=reset, icon="ph.arrow-counter-clockwise")
         self._reset.setFixedSize(_RESET_SIZE, _RESET_SIZE)
         self._reset.setObjectName(f"reset_{name}")
         policy = self._reset.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self._reset.setSizePolicy(policy)
-        self._draw_icon()
         grid.addWidget(self._reset, 0, 2)
         self.effect = Message()
         self.effect.setObjectName(f"effect_{name}")
@@ -351,11 +351,7 @@ class ParameterRow(Themed, QWidget):
 
     def _take_theme(self) -> None:
         if self.made:
-            self._draw_icon()
             self.show_value(*self._shown)
-
-    def _draw_icon(self) -> None:
-        self._reset.setIcon(theme.icon("ph.arrow-counter-clockwise", self.palette()))
 
 
 class ParameterSection(QWidget):

@@ -157,7 +157,6 @@ class RowModel(QStandardItemModel):
 
     def take_theme(self) -> None:
         """Draw icons and colours anew."""
-        self._draw_heads()
         for row, (key, cells) in enumerate(self._shown.items()):
             self._draw(row, key, cells, {})
 
@@ -168,7 +167,7 @@ class RowModel(QStandardItemModel):
             head.setAccessibleText(heading.title or heading.hint)
             head.setData(_alignment(heading).value | Qt.TextFlag.TextWordWrap.value, Qt.ItemDataRole.TextAlignmentRole)
             if heading.icon:
-                head.setIcon(theme.icon(heading.icon, self._widget.palette()))
+                head.setIcon(theme.icon(heading.icon))
             self.setHorizontalHeaderItem(column, head)
 
     def _draw(self, row: int, key: Any, cells: TableCells, former: TableCells) -> None:
@@ -231,7 +230,7 @@ class RowModel(QStandardItemModel):
             pixmap = QPixmap(ICON_SIZE, ICON_SIZE)
             pixmap.fill(QColor(*icon))
         else:
-            pixmap = theme.icon(icon[0], self._widget.palette(), icon[1]).pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
+            pixmap = theme.icon(*icon).pixmap(2 * ICON_SIZE, 2 * ICON_SIZE)
         plain = QIcon(pixmap)
         plain.addPixmap(pixmap, QIcon.Mode.Selected)  # the same colours in selected rows
         return plain

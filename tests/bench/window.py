@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QTimer
 
 from gui.app.main_window import MainWindow
+from gui.app.start import ignore_settings
 from gui.features.edit_summary import EditSummaryFeature
 from gui.features.expected_error import ErrorFeature
 from gui.work.frame_runs import RunState
@@ -45,6 +46,7 @@ def wait(reached: Callable[[], object], every_ms: int = 1) -> None:
 
 def new_window() -> MainWindow:
     """Open a window that keeps no settings."""
+    ignore_settings()
     window = MainWindow(persistent=False)
     window.project.discard_silently = True
     window.resize(1440, 900)

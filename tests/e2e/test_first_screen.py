@@ -39,7 +39,7 @@ def test_what_needs_a_selected_block_is_there_once_one_is_selected_and_panels_ar
 def test_letters_of_tools_are_no_keys_that_are_held_and_can_be_changed(opened):
     held = {command.held for command in opened.actions_.commands.values()} - {""}
     assert not held & {kind.key for kind in KINDS}
-    keymap = Keymap(opened, persistent=False)
+    keymap = Keymap(opened)
     keymap.assign("tool_paint", [QKeySequence("Y")])
     assert opened.actions_["tool_paint"].toolTip().startswith("<b>Paint (Y)</b>")
     opened.activateWindow()

@@ -93,14 +93,17 @@ def test_a_run_that_guesses_the_rest_has_its_picture_after_that(start, frame_fol
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere the system keeps the settings")
-def test_no_other_user_may_read_the_settings(start, frame_folder):
-    settings = Path(QSettings().fileName())
+def test_a_picture_leaves_the_settings_as_they_are_and_no_other_user_may_read_them(start, frame_folder):
+    settings = Path(QSettings().fileName()).with_name("ilf-studio.ini")
     settings.parent.mkdir(parents=True, exist_ok=True)
-    settings.touch(0o644)
+    settings.write_text("[live]\nfolder=here\n")
+    settings.chmod(0o644)
     assert start(frame_folder) == (0, "")
-    QSettings().setValue("recent/frames", "[]")
-    QSettings().sync()
-    assert stat.S_IMODE(Path(QSettings().fileName()).stat().st_mode) == 0o600
+    assert settings.read_text() == "[live]\nfolder=here\n"
+    kept = QSettings(str(settings), QSettings.Format.IniFormat)
+    kept.setValue("live/folder", "there")
+    kept.sync()
+    assert stat.S_IMODE(settings.stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize(

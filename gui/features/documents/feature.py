@@ -50,7 +50,7 @@ class DocumentsFeature(Feature):
         self._window = context.window
         self._project = context.feature(ProjectFeature)
         self._looks, self._block_files = LatestRequest(self), LatestRequest(self)
-        self.recent = RecentMenu(context.panels.persistent, self.open_again, context.window)
+        self.recent = RecentMenu(self.open_again, context.window)
         context.actions.adopt("recent_menu", self.recent.menuAction(), "ph.clock-counter-clockwise")
         self._noted: set[str] = set()
         context.workspace.on(Part.LIST, self._note_recent)

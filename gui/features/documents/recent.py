@@ -72,8 +72,6 @@ class RecentMenu(QMenu):
 
     Parameters
     ----------
-    persistent : bool
-        Whether the list is stored between program starts.
     open : callable
         Opens an origin.
     window : QMainWindow or None
@@ -84,12 +82,11 @@ class RecentMenu(QMenu):
         Also those whose files are not there now, as on a drive that is not connected.
     """
 
-    def __init__(self, persistent: bool, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
+    def __init__(self, open: Callable[[Origin], object], window: QMainWindow | None) -> None:
         super().__init__("Open recen&t", window)
         self.setToolTipsVisible(True)
         self.aboutToShow.connect(self._fill)
-        self._persistent = persistent
-        self.origins = _read(str(QSettings().value(_KEY, "[]"))) if persistent else []
+        self.origins = _read(str(QSettings().value(_KEY, "[]")))
         self._open = open
         self.menuAction().setEnabled(bool(self.origins))
 
@@ -105,8 +102,7 @@ class RecentMenu(QMenu):
     def _set(self, origins: list[Origin]) -> None:
         self.origins = origins
         self.menuAction().setEnabled(bool(origins))
-        if self._persistent:
-            QSettings().setValue(_KEY, json.dumps(list(map(_entry, origins))))
+        QSettings().setValue(_KEY, json.dumps(list(map(_entry, origins))))
 
     def _fill(self) -> None:
         self.clear()

@@ -237,7 +237,7 @@ class FramesFeature(Panel):
         paths = "\n".join(entry.key for entry in chosen)
 
         def add(icon: str, text: str, do: Callable[[], object]) -> None:
-            menu.addAction(theme.icon(icon, menu.palette()), text, lambda: do())
+            menu.addAction(theme.icon(icon), text, lambda: do())
 
         if not several:
             add("ph.image", "&Open", lambda: self.open(first))

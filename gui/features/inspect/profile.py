@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QImageWriter, QPainter, QPainterPath, QResizeEvent
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import (
@@ -28,7 +28,7 @@ from ilf.evaluation.measuring import DepthProfile, Line, depth_profile
 from ...base import theme
 from ...state.document import Document
 from ...state.results import ViewedIteration
-from ...views.curves.axes import Plot, paint_plot, set_title
+from ...views.curves.axes import PointedPlot, paint_plot, set_title
 from ...widgets.basics import Message, Themed, combo, lay_out, use_even_digits
 
 Array = NDArray[np.floating]
@@ -127,16 +127,8 @@ _LEFT, _BOTTOM = 52, 34
 """Fixed width and height of the axes [px], so that the plot stays still when their numbers grow."""
 
 
-class ProfilePlot(Plot):
-    """Plot of raw depth as points; of the result with the band of its expected error and of others as lines.
-
-    Signals
-    -------
-    hovered(float)
-        Position on the horizontal axis under the mouse, NaN when the mouse leaves.
-    """
-
-    hovered = Signal(float)
+class ProfilePlot(PointedPlot):
+    """Plot of raw depth as points; of the result with the band of its expected error and of others as lines."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -145,12 +137,11 @@ class ProfilePlot(Plot):
         self._band = QGraphicsPathItem()
         self._band.setPen(Qt.PenStyle.NoPen)
         self._borders = pg.VTickGroup(yrange=[0, 1])
-        self._cursor = pg.InfiniteLine(angle=90)
-        for z, item in ((-20, self._borders), (-10, self._band), (99, self._cursor)):
+        self.cursor_line.setZValue(99)
+        for z, item in ((-20, self._borders), (-10, self._band)):
             item.setZValue(z)
             self.addItem(item, ignoreBounds=True)
         self.addItem(self._raw)
-        self._cursor.hide()
         self.plotItem.setContentsMargins(2, 6, 8, 2)
         for name in ("left", "bottom"):
             self.getAxis(name).setStyle(maxTickLevel=0, hideOverlappingLabels=True)
@@ -158,7 +149,6 @@ class ProfilePlot(Plot):
         self.getAxis("bottom").setHeight(_BOTTOM)
         self.setStatusTip("Wheel or drag: zoom and pan. Double-click: show the whole line.")
         self.setAccessibleName("Plot of the depth along the profile line")
-        self.scene().sigMouseMoved.connect(self._mouse_moved)
 
     def show_data(self, data: ProfileData, x: Array, unit: str) -> None:
         """Draw data over positions `x` on the horizontal axis in `unit`; NaN where a sample has no position."""
@@ -182,12 +172,6 @@ class ProfilePlot(Plot):
         between = (x[edges] + x[edges - 1]) / 2
         self._borders.setXVals(between[np.isfinite(between)].tolist())
 
-    def point_at(self, x: float) -> None:
-        """Set the cursor to a position on the axis; NaN hides it."""
-        self._cursor.setVisible(math.isfinite(x))
-        if math.isfinite(x):
-            self._cursor.setValue(x)
-
     def fit(self) -> None:
         """Show the whole line, also after changes of the data."""
         self.enableAutoRange(x=True, y=True)
@@ -200,7 +184,7 @@ class ProfilePlot(Plot):
         self._raw.setBrush(_raw_colour(colours))
         self._band.setBrush(theme.faded(colours.series[0], 54))
         self._borders.setPen(pg.mkPen(theme.faded(colours.muted, 110), width=1))
-        self._cursor.setPen(pg.mkPen(colours.muted, width=1))
+        self.cursor_line.setPen(pg.mkPen(colours.muted, width=1))
         set_title(self.getAxis("left"), "Depth [m]", color=colours.muted.name(), **self._label_font)
 
     def picture(self, as_svg: bool) -> bytes:
@@ -209,14 +193,14 @@ class ProfilePlot(Plot):
         legend.setParentItem(self.getViewBox())
         for item in (self._raw, *self._curves):
             legend.addItem(item, item.name())
-        pointed = self._cursor.isVisible()
-        self._cursor.hide()
+        pointed = self.cursor_line.isVisible()
+        self.cursor_line.hide()
         self._raw.setExportMode(True)
         try:
             return self._drawn(as_svg)
         finally:
             self._raw.setExportMode(False)
-            self._cursor.setVisible(pointed)
+            self.cursor_line.setVisible(pointed)
             self.scene().removeItem(legend)
 
     def _drawn(self, as_svg: bool) -> bytes:
@@ -243,13 +227,6 @@ class ProfilePlot(Plot):
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        super().leaveEvent(event)
-        self.hovered.emit(math.nan)
-
-    def _mouse_moved(self, position: QPointF) -> None:
-        self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
 def _raw_colour(colours: theme.Colours) -> QColor:
@@ -343,7 +320,8 @@ class ProfilePage(Themed, QWidget):
     def point_at(self, sample: int | None) -> None:
         """Mark a sample in the plot and show its values; None for none."""
         self.sample = sample
-        self.plot.point_at(math.nan if sample is None else float(self._x[sample]))
+        place = math.nan if sample is None else float(self._x[sample])
+        self.plot.point_at(place if math.isfinite(place) else None)
         self.legend.setText("&nbsp;&nbsp; ".join(self._entries()))
         # as high as it was so far, so that the plot stays still while the mouse moves over it
         height = self.legend.heightForWidth(self.legend.width())

@@ -39,7 +39,7 @@ class AutosaveFeature(Feature):
         context.window.statusBar().addPermanentWidget(self.label)
         context.recorder.failed.connect(self._tell_failure)
         context.recorder.kept.connect(self._tell_kept)
-        if context.panels.persistent:
+        if context.persistent:
             context.recorder.start()
             self._search.ask(lambda: find_recoverable_work(autosave_folder()), self._offer)
 

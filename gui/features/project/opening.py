@@ -63,7 +63,7 @@ class Opening(QObject):
     def open_folder(self, how: FrameRef) -> Steps[None]:
         """List the frames of a folder, with the reading options of `how`, and restore the work on them."""
         context, folder = self._context, Path(how.rgb)
-        if not context.panels.persistent or len(context.workspace.entries) or context.recorder.present.path is not None:
+        if not context.persistent or len(context.workspace.entries) or context.recorder.present.path is not None:
             context.loader.open_folder(how)
             return
         home = Path(str(QSettings().value(_key(folder), "")))

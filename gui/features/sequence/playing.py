@@ -25,6 +25,7 @@ from ilf.sources.frame_ref import FrameRef
 from ilf.stream.pacing import USUAL_RATE, latest_of, measured_rate, rate_of
 from ilf.stream.stream import Stream, StreamStatistics
 
+from ...base import theme
 from ...base.commands import Command, command
 from ...base.needs import Need, sentence
 from ...state.document import Document
@@ -348,8 +349,7 @@ class PlayFeature(Feature):
     )
     def _turn(self, on: bool) -> None:
         """Play the frames of the list from this one on; again, or a click in a view, opens the frame shown."""
-        icon = "ph.pause-circle" if on else "ph.play-circle"
-        self.context.actions.adopt("play_frames", self._on, icon)
+        self._on.setIcon(theme.icon("ph.pause-circle" if on else "ph.play-circle"))
         if on:
             self._begin()
         else:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import pyqtgraph as pg
+from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QFont
 
 from ilf._runtime.formatting import length_text
@@ -31,6 +32,37 @@ class Plot(pg.PlotWidget):
         self.setFrameShape(pg.PlotWidget.Shape.NoFrame)
         for name in ("left", "bottom"):
             self.getAxis(name).enableAutoSIPrefix(False)
+
+
+class PointedPlot(Plot):
+    """A plot with a cursor across it, which tells where the mouse is.
+
+    Signals
+    -------
+    hovered(float)
+        Position on the horizontal axis under the mouse, NaN when it leaves.
+    """
+
+    hovered = Signal(float)
+
+    def __init__(self, **axes: pg.AxisItem) -> None:
+        super().__init__(**axes)
+        self.cursor_line = pg.InfiniteLine(angle=90)
+        self.cursor_line.hide()
+        self.addItem(self.cursor_line, ignoreBounds=True)
+        self.scene().sigMouseMoved.connect(
+            lambda position: self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
+        )
+
+    def point_at(self, place: float | None) -> None:
+        """Put the cursor at a position of the horizontal axis; None hides it."""
+        self.cursor_line.setVisible(place is not None)
+        if place is not None:
+            self.cursor_line.setValue(place)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        self.hovered.emit(math.nan)
 
 
 def paint_plot(plot: pg.PlotWidget, colours: theme.Colours, font: QFont) -> None:

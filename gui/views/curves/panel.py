@@ -46,30 +46,25 @@ _ERROR_PLOT_HINT = (
 class CurvesPanel(Themed, QWidget):
     """The curves of some blocks and runs, with linked axes, a readout of all of them, and a slider over iterations.
 
-    A single curve has the colours of the plots; several curves have their own colours.
-
-    Parameters
-    ----------
-    persistent : bool
-        Whether the axis (iterations or time) is saved in the settings and restored.
+    A single curve has the colours of the plots; several curves have their own colours. Whether they are over iterations
+    or time is remembered.
     """
 
-    def __init__(self, persistent: bool = False) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._persistent = persistent
         self._curves: list[Curve] = []
         self._arranged: object = None
         self._marks: tuple[list[list[float]], tuple[float, float] | None] = [], None
         """The starts of the stages of each curve, and the colour-weighted iterations of a single one."""
         self._hovered: float | None = None
         self._viewed_iteration: int | None = None
-        self._by_time = persistent and bool(QSettings().value(_BY_TIME, False, type=bool))
+        self._by_time = bool(QSettings().value(_BY_TIME, False, type=bool))
 
         self._plots: tuple[ConvergencePlot, ...] = ()
         self.readout = Readout()
         self.readout.setToolTip(_READOUT_HINT)
         self.scrub_bar = ScrubBar()
-        self._time_button = flat_button(_TIME_HINT, name="Curves over time")
+        self._time_button = flat_button(_TIME_HINT, name="Curves over time", icon="ph.clock")
         self._time_button.setCheckable(True)
         self._time_button.setChecked(self._by_time)
         self._time_button.toggled.connect(self.set_by_time)
@@ -133,8 +128,7 @@ class CurvesPanel(Themed, QWidget):
 
     def set_by_time(self, on: bool) -> None:
         """Draw over time, or over iterations."""
-        if self._persistent:
-            QSettings().setValue(_BY_TIME, on)
+        QSettings().setValue(_BY_TIME, on)
         self._by_time = on
         self._hovered = None
         self._show_axis()
@@ -330,7 +324,6 @@ class CurvesPanel(Themed, QWidget):
 
     def _refresh_theme(self) -> None:
         colours = theme.colours(self.palette())
-        self._time_button.setIcon(theme.icon("ph.clock", self.palette()))
         self._hint.setStyleSheet(f"color: {colours.muted.name()};")
         if not self._plots:
             return

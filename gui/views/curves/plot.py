@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QColor, QFont
 
 from ...base import theme
-from .axes import Plot, paint_plot, set_title
+from .axes import PointedPlot, paint_plot, set_title
 from .curve import Values
 
 NAMED_AXIS, AXIS, _BARE = 34, 20, 6
@@ -31,7 +31,7 @@ _TEXT_PLACE = {
 }
 
 
-class ConvergencePlot(Plot):
+class ConvergencePlot(PointedPlot):
     """Lines over iterations or time with stage marks, the colour-weighted span and a cursor.
 
     The ranges grow in steps: while they stay the same, new values are drawn quickly.
@@ -49,15 +49,12 @@ class ConvergencePlot(Plot):
 
     Signals
     -------
-    hovered(float)
-        Position on the horizontal axis under the mouse, NaN when it leaves.
     moved(float, float)
         The user zoomed or panned the horizontal axis: its visible range.
     fit_requested()
         The user double-clicked to follow all iterations again.
     """
 
-    hovered = Signal(float)
     moved = Signal(float, float)
     fit_requested = Signal()
 
@@ -71,10 +68,8 @@ class ConvergencePlot(Plot):
         self._stages: list[pg.VTickGroup] = []
         self._span = pg.LinearRegionItem(movable=False, pen=pg.mkPen(None))
         self._span.setZValue(-20)
-        self._cursor = pg.InfiniteLine(angle=90)
-        for item in (self._span, self._cursor):
-            item.setVisible(False)
-            self.addItem(item, ignoreBounds=True)
+        self._span.hide()
+        self.addItem(self._span, ignoreBounds=True)
         self._span_name = pg.InfLineLabel(self._span.lines[0], span_name, position=0.01, anchors=[(0, 1), (0, 1)])
         self._span_name.setVisible(bool(span_name))
         self.plotItem.setContentsMargins(4, 7, 4, 2)
@@ -89,7 +84,6 @@ class ConvergencePlot(Plot):
         self.show_axis_labels(True)
         self.set_by_time(False)
         self.setStatusTip("Wheel or drag: zoom and pan along the iterations. Double-click: show all.")
-        self.scene().sigMouseMoved.connect(self._mouse_moved)
 
     def set_by_time(self, on: bool) -> None:
         """Set the horizontal axis to seconds, or to iterations."""
@@ -179,12 +173,6 @@ class ConvergencePlot(Plot):
         text.setFont(self._font)
         text.fill = pg.mkBrush(theme.faded(self._colours.background, 170))  # curves may cross it
 
-    def point_at(self, place: float | None) -> None:
-        """Put the cursor at a position of the horizontal axis; None hides it."""
-        self._cursor.setVisible(place is not None)
-        if place is not None:
-            self._cursor.setValue(place)
-
     def reset_ranges(self) -> None:
         """Reset the ranges: the next lines are brought into view."""
         self.follows = True
@@ -202,7 +190,7 @@ class ConvergencePlot(Plot):
         self._colours, self._font = colours, font
         paint_plot(self, colours, font)
         self._span.setBrush(theme.faded(colours.accent, 28))
-        self._cursor.setPen(pg.mkPen(colours.muted))
+        self.cursor_line.setPen(pg.mkPen(colours.muted))
         self._paint_text(self._span_name, colours.muted)
         for name, text in (("left", self._label), ("bottom", self._places)):
             set_title(
@@ -211,13 +199,6 @@ class ConvergencePlot(Plot):
 
     def mouseDoubleClickEvent(self, event: QEvent) -> None:
         self.fit_requested.emit()
-
-    def leaveEvent(self, event: QEvent) -> None:
-        super().leaveEvent(event)
-        self.hovered.emit(math.nan)
-
-    def _mouse_moved(self, position: QPointF) -> None:
-        self.hovered.emit(self.getViewBox().mapSceneToView(position).x())
 
 
 def drawn_line(

@@ -5,11 +5,10 @@ from __future__ import annotations
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QSlider, QWidget
 
-from ...base import theme
-from ...widgets.basics import PlainLabel, Themed, flat_button, lay_out, use_even_digits
+from ...widgets.basics import PlainLabel, flat_button, lay_out, use_even_digits
 
 
-class ScrubBar(Themed, QWidget):
+class ScrubBar(QWidget):
     """Slider over iterations, its position as text, and a button to its right end, the current depth.
 
     Signals
@@ -29,11 +28,10 @@ class ScrubBar(Themed, QWidget):
         self._text = PlainLabel()
         use_even_digits(self._text)
         hint = "Go to the last iteration, the current depth (End)"
-        self._end = flat_button(hint, self.go_to_end, name="Go to the last iteration")
+        self._end = flat_button(hint, self.go_to_end, name="Go to the last iteration", icon="ph.skip-forward")
         parts = self._slider, self._text, self._end
         lay_out(QHBoxLayout(self), *parts, margins=(8, 0, 0, 2), spacing=4, stretched=self._slider)
         self.set_range(0)
-        self._take_theme()
 
     @property
     def position(self) -> int:
@@ -79,6 +77,3 @@ class ScrubBar(Themed, QWidget):
         self._text.setText("current" if self.at_end else f"i {self.position} of {self._slider.maximum()}")
         self._text.setEnabled(self._slider.isEnabled())
         self._end.setEnabled(not self.at_end)
-
-    def _take_theme(self) -> None:
-        self._end.setIcon(theme.icon("ph.skip-forward", self.palette()))

@@ -31,7 +31,7 @@ def settings(folder: Path) -> list[bytes]:
     kept.note(FrameRef("rgb.png", "depth.png", "0.1", options))
     kept.note(Path("run.json"))
     arrangement = Arrangement("grid", {"colour": "depth-in"}, ("Blocks", "Runs"), window.panels.places())
-    layouts = LayoutStore(True)
+    layouts = LayoutStore()
     layouts.changed["standard"] = arrangement
     layouts.put("own_1", replace(arrangement, text="Mine"))
     chosen = QSettings()
@@ -54,15 +54,15 @@ def read_settings(path: Path) -> None:
     """Read all settings."""
     window = _window(path.parent.parent)
     QSettings().sync()
-    recent = RecentMenu(True, print, None)
+    recent = RecentMenu(print, None)
     recent.aboutToShow.emit()
-    layouts = LayoutStore(True)
+    layouts = LayoutStore()
     for name in (*layouts.changed, *layouts.own):
         left = layouts.left(name)
         window.panels.take(left.panels, left.places)
     window.panels.size_window()
-    CommandPalette(window, True).deleteLater()
-    Keymap(window, True).deleteLater()
+    CommandPalette(window).deleteLater()
+    Keymap(window).deleteLater()
     stored_options(1000.0)
     save_folder()
     last_folder("open/folder")
@@ -77,6 +77,5 @@ def _window(folder: Path) -> MainWindow:
     QSettings.setDefaultFormat(QSettings.Format.IniFormat)
     QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(folder))
     window = MainWindow(persistent=False)
-    window.panels.persistent = True
     window.panels.arrange()
     return window

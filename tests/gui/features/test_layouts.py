@@ -110,14 +110,14 @@ def test_own_layouts_have_keys_are_renamed_deleted_and_brought_back(opened):
     window.actions_["restore_layout"].trigger()
     assert (layouts.present, _area(window, "Blocks")) == ("own_1", left)
     window.close()
-    stored = LayoutStore(persistent=True)
+    stored = LayoutStore()
     assert [layout.text for layout in stored.own.values()] == ["Ours"]
 
 
 def test_places_of_another_version_and_panels_that_are_gone_are_passed_over(qtbot, opened):
     older = QMainWindow()
     qtbot.addWidget(older)
-    store = LayoutStore(persistent=True)
+    store = LayoutStore()
     store.changed["standard"] = Arrangement("no such views", {}, ("Log", "Gone"), bytes(older.saveState(0).data()))
     store.write()
     window, _ = opened()
@@ -130,11 +130,11 @@ def test_layouts_are_kept_and_damaged_ones_are_left_out(qapp):
     """Qt crashes at some damaged places."""
     contents = {"colour": "depth-in"}
     arrangement = Arrangement("grid", contents, ("Blocks",), bytes(range(200)), ("a", "b"), True, True, "Mine")
-    store = LayoutStore(persistent=True)
+    store = LayoutStore()
     store.present = "own_1"
     store.changed["standard"] = replace(arrangement, panels=None)
     store.put("own_1", arrangement)
-    kept = LayoutStore(persistent=True)
+    kept = LayoutStore()
     assert (kept.present, kept.own, kept.left("standard").panels) == ("own_1", store.own, None)
     assert kept.left("own_1") == arrangement
     stored = bytearray(QSettings().value("layouts").data())
@@ -142,12 +142,12 @@ def test_layouts_are_kept_and_damaged_ones_are_left_out(qapp):
         damaged = stored.copy()
         damaged[place] ^= 4
         QSettings().setValue("layouts", QByteArray(bytes(damaged)))
-        assert LayoutStore(persistent=True).left("standard").places in (b"", arrangement.places)
+        assert LayoutStore().left("standard").places in (b"", arrangement.places)
 
 
 def test_a_window_with_open_panels_may_be_deleted_without_being_closed(qtbot):
     window = QMainWindow()
-    panels = Docks(window, persistent=False)
+    panels = Docks(window)
     panels.add("Blocks", QWidget(), PanelGroup.WORK, "ph.stack", is_open=True)
     window.show()
     with qtbot.captureExceptions() as raised:

@@ -67,7 +67,7 @@ def test_all_actions_are_found_with_their_menus_and_keys(window):
 def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     field = window.centralWidget()
     field.setFocus()
-    palette = CommandPalette(window, persistent=True)
+    palette = CommandPalette(window)
     palette.toggle()
     qtbot.keyClicks(palette.field, "dk")
     assert [entry.text for entry in listed(palette.list)] == ["Dark"]
@@ -75,7 +75,7 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
     qtbot.waitUntil(lambda: window.given == ["Dark"])
     assert not palette.isVisible()
     assert QApplication.focusWidget() is field
-    again = CommandPalette(window, persistent=True)
+    again = CommandPalette(window)
     again.toggle()
     assert [entry.text for entry in listed(again.list)] == ["Dark", "Export", "Quit", "Larger brush"]
     qtbot.keyClick(again.field, Qt.Key.Key_Down)
@@ -86,7 +86,7 @@ def test_it_is_used_by_keys_alone_and_knows_what_was_given_last(window, qtbot):
 
 @pytest.mark.usefixtures("any_theme")
 def test_it_takes_a_theme_that_is_chosen_while_it_is_closed(window, qapp):
-    palette = CommandPalette(window, persistent=False)
+    palette = CommandPalette(window)
     for name in ("light", "dark"):
         theme.apply_theme(qapp, name)
         palette.toggle()
@@ -97,7 +97,7 @@ def test_it_takes_a_theme_that_is_chosen_while_it_is_closed(window, qapp):
 
 def test_whole_words_of_a_menu_come_before_letters_scattered_over_a_text(window, qtbot):
     window.addAction(QAction("Tighten some", window))
-    palette = CommandPalette(window, persistent=False)
+    palette = CommandPalette(window)
     palette.toggle()
     qtbot.keyClicks(palette.field, "theme")
     assert [entry.text for entry in listed(palette.list)] == ["Dark", "Tighten some"]

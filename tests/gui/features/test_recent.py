@@ -22,8 +22,8 @@ WRONG_OPTIONS = (
 pytestmark = pytest.mark.usefixtures("qapp")
 
 
-def _recent(persistent=True) -> RecentMenu:
-    return RecentMenu(persistent, lambda origin: None, None)
+def _recent() -> RecentMenu:
+    return RecentMenu(lambda origin: None, None)
 
 
 def test_the_last_comes_first_once_and_how_it_was_read_is_kept(tmp_path):
@@ -65,14 +65,6 @@ def test_a_damaged_entry_costs_no_other(tmp_path, damaged):
     entries = [folder.to_json(), damaged, {"file": str(record)}]
     QSettings().setValue("recent/frames", json.dumps(entries))
     assert _recent().origins == [folder, record]
-
-
-def test_a_window_that_does_not_remember_neither_reads_nor_writes(tmp_path):
-    _recent().note(FrameRef(str(tmp_path)))
-    apart = _recent(persistent=False)
-    assert apart.origins == []
-    apart.note(FrameRef("elsewhere"))
-    assert _recent().origins == [FrameRef(str(tmp_path))]
 
 
 @pytest.mark.parametrize("kept", ["", "{", "[1]", '[{"rgb": "a"}]', '[{"file": 7}]', "7", "[" * 10**5])

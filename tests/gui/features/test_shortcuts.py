@@ -39,7 +39,7 @@ def _tips(keymap: Keymap) -> list[str]:
 
 @pytest.fixture
 def keymap(make_window):
-    return Keymap(make_window(), persistent=True)
+    return Keymap(make_window())
 
 
 @pytest.fixture
@@ -62,11 +62,10 @@ def test_keys_that_are_pressed_hold_at_once_and_the_next_time(keymap, dialog, ma
     QTest.mouseClick(dialog.clear_button, Qt.MouseButton.LeftButton)
     assert _keys(keymap)["open"] == ""
     assert "<b>Open</b><br>Do open" in _tips(keymap)
-    later = Keymap(make_window(), persistent=True)
+    later = Keymap(make_window())
     assert _keys(later) == {"open": "", "export": "Ctrl+E", "fit": "Ctrl+J", "redo": "Ctrl+Y"}
-    assert _keys(Keymap(make_window(), persistent=False))["fit"] == "", "windows of their own have keys of their own"
     later.reset_all()
-    assert _keys(Keymap(make_window(), persistent=True))["open"] == "Ctrl+O"
+    assert _keys(Keymap(make_window()))["open"] == "Ctrl+O"
 
 
 def test_keys_of_another_command_are_taken(keymap, dialog):
@@ -92,7 +91,7 @@ def test_keys_are_offered_only_while_they_are_shown(keymap, dialog):
 @pytest.mark.parametrize(
     ("key", "modifier", "said"),
     [
-        (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "clicks at the crosshair"),
+        (Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, "fixed meaning"),
         (Qt.Key.Key_B, Qt.KeyboardModifier.NoModifier, "is held down for “Export”"),
         (Qt.Key.Key_F, Qt.KeyboardModifier.AltModifier, "opens the menu File"),
     ],

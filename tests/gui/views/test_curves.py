@@ -188,7 +188,7 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
     assert panel.readout.text.startswith("Table   i 12   0.12 s   σ 171 mm")
-    assert not CurvesPanel(persistent=True)._by_time, "this one remembers nothing"
+    assert not CurvesPanel()._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
     assert [axis.labelText for axis in axes] == by_iterations
@@ -196,10 +196,10 @@ def test_over_time_the_nearest_in_time_is_read(panel):
 
 def test_the_choice_of_the_axis_is_remembered(qtbot):
     for on in (True, False):
-        first = CurvesPanel(persistent=True)
+        first = CurvesPanel()
         qtbot.addWidget(first)
         first.set_by_time(on)
-        second = CurvesPanel(persistent=True)
+        second = CurvesPanel()
         qtbot.addWidget(second)
         assert second._by_time is on
 
