@@ -304,7 +304,8 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
     assert not asked
     assert main([*opening, "--allow-address", address]) == 0
     assert asked
-    with ilf.open_project(path) as opened, ilf.sources.allow_address(address):
+    allowed = ilf.sources.allow_address
+    with ilf.open_project(path) as opened, allowed(address), allowed("/elsewhere"):
         assert opened.state("a1").state.frame.shape == (24, 32)
 
 

@@ -193,8 +193,11 @@ def test_blocks_go_to_other_programs_and_come_back(files, cli):
     found = read_blocks("b.json", (60, 80))
     np.testing.assert_array_equal(found.labels, drawn)
     assert found.names == {7: "chair"}
-    assert json.loads(Path("b.json").read_text())["images"][0]["file_name"] == Path(files[0]).name
+    written = json.loads(Path("b.json").read_text())
+    assert written["images"][0]["file_name"] == Path(files[0]).name
 
+    several = written["images"] + [written["images"][0] | {"id": 99, "file_name": "elsewhere.png"}]
+    Path("b.json").write_text(json.dumps(written | {"images": several}))
     given = ["complete", *files, "--no-cloud", "--quiet", *QUICK, "--blocks", "b.json"]
     assert main([*given, "--out", "given"]) == 0
     np.testing.assert_array_equal(read_labels("given/blocks.png"), drawn)
@@ -504,7 +507,7 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("project export a.ilf --to 3dgs --out b", "--to takes results, not a project"),
         ("project export a --to 3dgs --out b --mesh ply", "leave out --mesh."),
         ("complete", "not 0 paths"),
-        ("complete a b c", "not 3 paths"),
+        ("batch in --shards a --merge", "--merge needs no SOURCE: give only --shards."),
         ("complete a b --s-criteria 7", "--s-criteria"),
         ("complete a b --max-iterations many", "'many' is not a number"),
         ("complete a b --mode magic", "'magic' is not a choice. Choose from fill, fill+denoise."),

@@ -103,7 +103,10 @@ def alone(page):
         kind, data = re.fullmatch(r"data:image/(png|jpeg|svg\+xml);base64,(.*)", source).groups()
         content = base64.b64decode(data, validate=True)
         if kind == "svg+xml":
-            ElementTree.fromstring(content)
+            drawn = ElementTree.fromstring(content)
+            height = float(drawn.get("viewBox").split()[3])
+            heights = [float(line.get(name)) for line in drawn.iter() for name in ("y1", "y2") if line.get(name)]
+            assert all(0 <= y <= height for y in heights), "a line outside the picture"
             continue
         with Image.open(io.BytesIO(content)) as image:
             image.load()
