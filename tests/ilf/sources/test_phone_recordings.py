@@ -149,6 +149,12 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     assert np.allclose(moved.calibration("0").depth_to_colour, shift)
 
 
+def test_a_trajectory_without_poses_is_none(tmp_path):
+    folder = write_arkit(tmp_path / "arkit")
+    (folder / "lowres_wide.traj").write_text("# none\n")
+    assert ilf.open_source(folder)[0].pose is None
+
+
 def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys, cli):
     path = str(write_record3d(tmp_path / "a.r3d"))
     assert main(["info", path, "--frame", "1"]) == 0
