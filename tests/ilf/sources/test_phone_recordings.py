@@ -140,7 +140,7 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     assert frame.shape == COLOUR_SIZE[::-1]
     assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
     assert frame.intrinsics.fx == K[0]
-    own = ilf.open_source(tmp_path / "a.sens", view="depth", intrinsics=(30, 31, 14, 12)).read("1")
+    own = ilf.open_source(tmp_path / "a.sens", view="depth", intrinsics=ilf.Camera(30, 31, 14, 12, size=SIZE)).read("1")
     assert (own.shape, own.intrinsics.numbers) == (SIZE[::-1], (30, 31, 14, 12))
     assert np.allclose(source.pose("1"), pose(1), atol=1e-6)
     shift = np.eye(4)
