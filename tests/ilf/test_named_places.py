@@ -305,8 +305,8 @@ def test_a_project_is_listed_without_asking_and_opened_when_it_is_allowed(strang
     assert main([*opening, "--allow-address", address]) == 0
     assert asked
     allowed = ilf.sources.allow_address
-    with ilf.open_project(path) as opened, allowed(address), allowed("/elsewhere"):
-        assert opened.state("a1").state.frame.shape == (24, 32)
+    with allowed("https://one.example/in"), allowed("/elsewhere"):
+        named_in("https://one.example/in/rgb.png", stranger)
 
 
 def test_a_strangers_autosave_does_not_call_home_and_ones_own_opens(tmp_path, frame, web, monkeypatch):
