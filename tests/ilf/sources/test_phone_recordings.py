@@ -149,9 +149,9 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     assert np.allclose(moved.calibration("0").depth_to_colour, shift)
 
 
-def test_a_trajectory_without_poses_is_none(tmp_path):
+def test_a_sequence_without_its_trajectory_has_no_poses(tmp_path):
     folder = write_arkit(tmp_path / "arkit")
-    (folder / "lowres_wide.traj").write_text("# none\n")
+    (folder / "lowres_wide.traj").unlink()
     assert ilf.open_source(folder)[0].pose is None
 
 
