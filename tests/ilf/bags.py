@@ -79,7 +79,7 @@ class Bag:
             encoding=encoding,
             is_bigendian=int(pixels.dtype.byteorder == ">"),
             step=data.shape[1],
-            data=data.ravel(),
+            data=data.ravel()[: data.size - padding],  # which need not follow the last row
         )
         self.write(topic, message, stamp if received is None else received)
 

@@ -16,7 +16,7 @@ BOARD = (-0.2, 0.1, -0.15, 0.15)
 """Left, right, top and bottom of the board [m] in the colour camera's axes; the wall leans back by a tenth."""
 
 COLOUR = Camera(60.0, 61.0, 47.0, 36.5, size=(96, 72), distortion=(0.08, -0.1, 0.001, -0.001, 0.02))
-DEPTH = Camera(50.0, 50.0, 32.0, 27.0, size=(64, 56), distortion=(0.3, -0.02, 0.0, 0.001, 0.01, 0.5, 0.05, 0.0))
+DEPTH = Camera(50.0, 54.0, 32.0, 27.0, size=(64, 56), distortion=(0.3, -0.02, 0.0, 0.001, 0.01, 0.5, 0.05, 0.0))
 
 Floats = NDArray[np.float64]
 

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from statistics import median
 
 import cv2
 import numpy as np
@@ -16,7 +17,7 @@ from hypothesis import strategies as st
 
 import ilf
 import ilf.batch.folder_sink
-from ilf._runtime.formatting import grouped
+from ilf._runtime.formatting import grouped, millimetres
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
@@ -91,8 +92,13 @@ def test_what_is_told_of_frames_and_that_one_without_all_its_files_is_done_again
     command = ["batch", str(source), "--out", str(out), *FLAGS]
     said = cli(*command).out
     assert "3 frames: 3 completed, 0 failed" in said
-    assert "Expected error, median: " in said
     row = manifest(out)[0]
+    pixels, before, after = (
+        sum(int(one[name]) for one in manifest(out)) for name in ("pixels", "missing_before", "missing_after")
+    )
+    assert f"Missing depth: {before / pixels:.1%} of the pixels before, {after / pixels:.1%} after." in said
+    middle = median(float(one["expected_error_median_m"]) for one in manifest(out))
+    assert f"Expected error, median: {millimetres(middle)} mm in the median frame." in said
     assert (int(row["pixels"]), int(row["missing_before"]) > int(row["missing_after"])) == (768, True)
     assert float(row["expected_error_median_m"]) <= float(row["expected_error_p90_m"])
     before = contents(out)
@@ -398,8 +404,8 @@ def test_a_camera_that_stands_still_gives_steady_depth(tmp_path, begun, capsys, 
     for folder in ("rgb", "depth"):
         (source / folder).mkdir(parents=True)
     colour = np.full((24, 64, 3), 90, np.uint8)
-    for number, millimetres in enumerate((2000, 2030, 1990)):
-        depth = np.full((24, 64), millimetres, np.uint16)
+    for number, stored in enumerate((2000, 2030, 1990)):
+        depth = np.full((24, 64), stored, np.uint16)
         depth[5:9, 5 + number : 8 + number] = 0  # a hole that moves: each pixel is known in some frame
         moving = colour.copy()
         moving[:, 56:] = 60 * number  # something else goes on there

@@ -54,10 +54,11 @@ def samples(folder: Path) -> list[dict]:
 def test_shards_contain_what_folders_do(source, tmp_path, begun, capsys):
     (source / "depth" / "0002.png").write_bytes(b"no image")
     out, folders = tmp_path / "out", tmp_path / "folders"
-    assert main(command(source, out)) == 1
+    impossible = "--export", "camera.json"  # without intrinsics, which both say
+    assert main(command(source, out, *impossible)) == 1
     assert "1 of 5 frames failed. rgb/0002: " in capsys.readouterr().err
     assert sorted(path.suffix for path in out.iterdir()) == [".json", ".jsonl", *[".parquet"] * 3, *[".tar"] * 3]
-    assert main(["batch", str(source), "--out", str(folders), *QUICK, "--no-cloud"]) == 1
+    assert main(["batch", str(source), "--out", str(folders), *QUICK, "--no-cloud", *impossible]) == 1
     found = {sample["__key__"]: sample for sample in samples(out)}
     assert list(found) == ["rgb__0000", "rgb__0001", "rgb__0003", "rgb__0004"]
     for key, sample in found.items():
@@ -69,14 +70,18 @@ def test_shards_contain_what_folders_do(source, tmp_path, begun, capsys):
         }
         for name in ("depth.png", "expected_error.png", "blocks.png"):
             assert sample[name] == (folders / key / name).read_bytes()
-        outcome = json.loads((folders / key / "frame.json").read_text())["outcome"]
         facts = json.loads(sample["frame.json"])
-        assert (facts["key"], facts["expected_error_median_m"]) == (
-            outcome["frame"],
-            outcome["expected_error_median_m"],
+        assert (facts["key"].replace("/", "__"), facts["size"], facts["depth_units_per_m"], facts["K"]) == (
+            key,
+            [32, 24],
+            1000,
+            None,
         )
-        assert (facts["size"], facts["depth_units_per_m"], facts["K"]) == ([32, 24], 1000, None)
     table = rows(out)
+    for row in table:
+        outcome = json.loads((folders / row["sample"] / "frame.json").read_text())["outcome"]
+        outcome |= {"key": outcome.pop("frame"), "sample": outcome.pop("folder"), "seconds": row["seconds"]}
+        assert outcome == {name: row[name] for name in outcome}
     assert [row["status"] for row in table] == ["completed", "completed", "failed", "completed", "completed"]
     assert "not a PNG" in table[2]["message"]
     assert (table[2]["offset"], table[2]["shard"], table[2]["seconds"] >= 0) == (None, None, True)

@@ -106,7 +106,7 @@ def test_info_tells_what_is_known_of_the_truth(files, cli):
 
 
 def test_evaluate_prints_one_json_document(files, capsys, cli):
-    flags = [*GROUND_TRUTH, "--preset", "best", "--preset", "paper", *QUICK]
+    flags = [*GROUND_TRUTH, "--preset", "best", "--preset", "paper", "--preset", "best", *QUICK]
     found = json.loads(cli("evaluate", *files, *flags, "--json").out, parse_constant=pytest.fail)
     assert (found["against"], found["pattern"], found["seeds"]) == ("ground truth", None, [])
     frame = ilf.load_frame(*files, ground_truth="in/gt.png", ground_truth_units=5000)

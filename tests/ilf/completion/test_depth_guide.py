@@ -340,9 +340,10 @@ def test_guides_are_read_from_files(tmp_path):
     grey = (40 * ground_truth()).astype(np.uint8)
     cv2.imwrite(str(tmp_path / "grey.png"), grey)
     cv2.imwrite(str(tmp_path / "three.png"), np.dstack([grey] * 3))
+    cv2.imwrite(str(tmp_path / "four.png"), np.dstack([*[grey] * 3, np.full_like(grey, 255)]))
     np.save(tmp_path / "one.npy", grey[None])
     np.savez(tmp_path / "named.npz", other=np.zeros(3), disparity=grey)
-    for name in ("grey.png", "three.png", "one.npy", "named.npz"):
+    for name in ("grey.png", "three.png", "four.png", "one.npy", "named.npz"):
         assert np.array_equal(load_guide(tmp_path / name, SHAPE).values, grey), name
     both = Guide(ground_truth(), ground_truth() / 5)
     (tmp_path / "both.npy").write_bytes(encode_npy(both.array))

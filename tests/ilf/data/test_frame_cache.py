@@ -54,10 +54,11 @@ def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice():
     both, worked_out = Barrier(2, timeout=10), []
 
     @once_per_frame
-    def nearest(frame: ilf.RGBDFrame) -> float:
+    def nearest(frame: ilf.RGBDFrame, more: float = 0) -> float:
         worked_out.append(frame)
-        both.wait()  # broken, if one waited for the other
-        return float(frame.depth.min())
+        if not more:
+            both.wait()  # broken, if one waited for the other
+        return float(frame.depth.min()) + more
 
     frames, found = (frame_of(1), frame_of(2)), {}
     threads = [Thread(target=lambda k=k: found.update({k: nearest(frames[k % 2])})) for k in range(4)]
@@ -67,6 +68,7 @@ def test_frames_do_not_wait_for_each_other_and_nothing_is_worked_out_twice():
         thread.join()
     assert found == {0: 1, 1: 2, 2: 1, 3: 2}
     assert len(worked_out) == 2
+    assert [nearest(frames[0], more=more) for more in (1, 2, 1)] == [2, 3, 2]
 
 
 @pytest.mark.parametrize("preset", ["best", "paper"])

@@ -172,7 +172,8 @@ def test_normals_do_not_depend_on_how_rows_are_shared_out(monkeypatch):
     rng = np.random.default_rng(1)
     depth = plane((0.3, 0.2, 0.9), 2.0) + rng.normal(0, 0.003, SHAPE).astype(np.float32)
     whole, triangles = surface_normals(depth, CAMERA), surface_mesh(depth, grey(), CAMERA).faces
-    monkeypatch.setattr(surface, "_BAND", 7)
+    for rows in ("_BAND", "_NORMALS_BAND"):
+        monkeypatch.setattr(surface, rows, 7)
     monkeypatch.setattr(surface, "_AT_ONCE", 100)
     np.testing.assert_allclose(surface_normals(depth, CAMERA), whole, atol=1e-6)
     banded = surface_mesh(depth, grey(), CAMERA).faces

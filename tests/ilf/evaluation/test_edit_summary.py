@@ -39,6 +39,18 @@ def test_a_border_that_is_put_right_lowers_the_error_on_hidden_depth(moved):
     assert back.held_out == effect.held_out[::-1]
 
 
+def test_a_frame_on_its_side_has_the_same_figures(moved):
+    effect = summarise_edit(*moved)
+    before, after = (
+        ilf.Run(ilf.RGBDFrame(run.frame.rgb.swapaxes(0, 1), run.frame.depth.T), run.blocks.labels.T, run.parameters)
+        for run in moved[:2]
+    )
+    turned = summarise_edit(before, after, patch_between(before.blocks.labels, after.blocks.labels))
+    assert (turned.moved, turned.hidden) == (effect.moved, effect.hidden)
+    figures = [(*one.held_out, one.margin) for one in (turned, effect)]
+    np.testing.assert_allclose(*figures, rtol=0.01)
+
+
 def test_the_hidden_depth_does_not_reach_the_filter(moved):
     before, after, patch = moved
     measured = after.frame.depth.copy()

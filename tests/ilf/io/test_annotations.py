@@ -122,8 +122,10 @@ def test_labelmes_shapes(tmp_path):
     assert found.notes == ("Left out shapes without an area: 1 line, 1 point.",)
 
 
-def test_group_ids_that_several_labels_share_are_no_numbers(tmp_path):
-    content = labelme(shape_of(square(0, 0, 1), "chair", group_id=1), shape_of(square(2, 0, 1), "table", group_id=1))
+@pytest.mark.parametrize("first", [0, 1])
+def test_group_ids_of_no_block_or_that_several_labels_share_are_no_numbers(tmp_path, first):
+    chair, table = shape_of(square(0, 0, 1), "chair", group_id=first), shape_of(square(2, 0, 1), "table", group_id=1)
+    content = labelme(chair, table)
     found = read_blocks(saved(tmp_path, content), SHAPE)
     assert found.names == {1: "chair", 2: "table"}
 

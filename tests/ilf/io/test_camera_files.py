@@ -30,7 +30,6 @@ distortion_coefficients: !!opencv-matrix
    data: [ 0.27, -1.3, 0., 0., 1.88 ]
 """
 ORB = '%YAML:1.0\n\n# colour\nCamera.type: "PinHole"\nCamera1.fx: 131.25 # px\nCamera1.fy: 131.25\nCamera1.cx: 79.5\n'
-ROWS = "camera_matrix:\n  rows: 3\n  cols: 3\n"
 KALIBR = f"cam0:\n  camera_model: pinhole\n  intrinsics: {CAMERA}\n  resolution: [160, 120]\n"
 KITTI = f"calib_time: 09-Jan-2012 13:57:47\nS_02: 160 120\nK_02: {' '.join(map(str, K))}\n"
 TABLE = "width,height,fx,fy,cx,cy\n320,240,262.5,262.5,159.5,119.5\n"
@@ -43,17 +42,12 @@ WRITTEN = {
     "byte order mark.txt": "\ufeff" + FLAT.format(""),
     "opencv.yaml": OPENCV,
     "no header.yaml": OPENCV.partition("---\n")[2],
-    "ros.yaml": f"image_width: 160\nimage_height: 120\n{ROWS}  data: {K}\nprojection_matrix:\n  data: {P}\n",
-    "orbslam3.yaml": ORB + "Camera1.cy: 59.5\nCamera1.k1: 0.26\nCamera.width: 160\nCamera.height: 120\n",
     "vins.yaml": "model_type: PINHOLE\nimage_width: 160\nimage_height: 120\nprojection_parameters:\n  "
     + FLAT.format("  "),
-    "kalibr.yaml": KALIBR,
-    "realsense.json": json.dumps({"color": {"intrinsics": {**LARGE, "model": "distortion.none", "coeffs": [0] * 5}}}),
     "open3d.json": json.dumps({"intrinsic_matrix": [131.25, 0, 0, 0, 131.25, 0, 79.5, 59.5, 1], "width": 160}),
     "kitti.txt": KITTI,
     "camera.pincam": "320 240 262.5 262.5 159.5 119.5\n",
     "tum.txt": "# fx fy cx cy d0 d1 d2 d3 d4\n131.25 131.25 79.5 59.5 0.26 -0.95 0.01 0.002 1.16\n",
-    "cameras.txt": "# COLMAP\n#\n1 SIMPLE_RADIAL 160 120 131.25 80 60 0.02\n",
     "named numbers.txt": "width height fx fy cx cy\n160 120 131.25 131.25 79.5 59.5\n",
     "numbers.txt": "131.25 131.25 79.5 59.5\n",
     "table.csv": TABLE,
@@ -65,7 +59,6 @@ WRITTEN = {
     "no blanks.yaml": f"%YAML:1.0\nLEFT.K: !!opencv-matrix\n  rows:3\n  cols:3\n  data:{K}\n",
     "by column.json": json.dumps({"w": 160, "h": 120, "K": [131.25, 0, 0, 0, 131.25, 0, 79.5, 59.5, 1]}),
     "by row.json": json.dumps({"intrinsic_matrix": [K[:3], K[3:6], K[6:]]}),
-    "depthai.json": json.dumps({"cameraData": [[0, {"cameraType": 0, "intrinsicMatrix": [K[:3], K[3:6], K[6:]]}]]}),
     "flow.yaml": f"{{K: {CAMERA}}}\n",
     "tabs.yaml": "camera:\n\t" + FLAT.format("\t"),
     "lines.txt": "fx 131.25\nfy 131.25\ncx 79.5\ncy 59.5\n",

@@ -80,8 +80,13 @@ def test_an_array_comes_back_with_its_type_and_all_bits(array):
 
 def test_a_part_that_unpacks_to_gigabytes_is_refused(monkeypatch):
     monkeypatch.setattr("ilf.project.codec.MAX_UNPACKED", 10**6)
-    with pytest.raises(FormatError, match="too large"):
-        unpack(*pack(np.zeros(10**6)), NDArray[np.float64])
+    for arrays in ((np.zeros(10**6),), (np.zeros(10**5), np.arange(10**5, dtype=np.int32))):  # also of small files
+        with pytest.raises(FormatError, match="too large"):
+            unpack(*pack(arrays), tuple[*(NDArray[array.dtype.type] for array in arrays)])
+
+
+def test_the_same_set_is_the_same_part_however_it_was_made():
+    assert pack({8, 16}) == pack({16, 8})
 
 
 def test_the_state_that_is_tried_has_something_in_every_place(state):

@@ -103,7 +103,10 @@ def alone(page):
         kind, data = re.fullmatch(r"data:image/(png|jpeg|svg\+xml);base64,(.*)", source).groups()
         content = base64.b64decode(data, validate=True)
         if kind == "svg+xml":
-            ElementTree.fromstring(content)
+            drawn = ElementTree.fromstring(content)
+            height = float(drawn.get("viewBox").split()[3])
+            heights = [float(line.get(name)) for line in drawn.iter() for name in ("y1", "y2") if line.get(name)]
+            assert all(0 <= y <= height for y in heights), "a line outside the picture"
             continue
         with Image.open(io.BytesIO(content)) as image:
             image.load()
@@ -198,6 +201,8 @@ def test_what_is_not_there_is_said(tmp_path):
     assert index[0][3:5] == ["8.3%", "8.3%"]
     assert "truth [mm]" not in page.text  # none of them has one
     assert page.values["href"] == ["#frame-1", "#frame-2", "#frame-3", *["#frames"] * 3]
+    short = Run(bare, np.ones((40, 60), np.int32), ilf.preset("paper", max_iterations=2))
+    alone(Page(report([Subject(short, short.complete())])))  # far from its criterion
     with pytest.raises(InputError, match="no frame"):
         report([])
 

@@ -130,6 +130,9 @@ def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
     assert write_data_set(tmp_path / "data", results, to).notes == ()
     source = ilf.open_source(tmp_path / "data")
     assert source.layout.startswith(to)
+    if to == "open3d":
+        stated = json.loads((tmp_path / "data" / "camera_intrinsic.json").read_text())["intrinsic_matrix"]
+        assert stated == [80, 0, 0, 0, 80, 0, 39.5, 29.5, 1], "by columns"
     for number, (frame, measured) in enumerate(zip(source, sequence(), strict=True)):
         np.testing.assert_allclose(frame.pose, pose_of(number), atol=1e-12)
         camera = frame.intrinsics

@@ -219,7 +219,8 @@ def test_the_data_set_gives_tensors_to_change(done):
     torch = pytest.importorskip("torch")
     from ilf.torch import FrameDataset
 
-    data, arrays = FrameDataset(done / FOLDERS), FrameArrays(done / FOLDERS)
+    fields = "mask", "rgb", "pose", "depth"
+    data, arrays = FrameDataset(done / FOLDERS, fields), FrameArrays(done / FOLDERS, fields)
     assert (len(data), data.keys, data.fields) == (3, arrays.keys, arrays.fields)
     item = data[1]
     kinds = {name: one.dtype for name, one in item.items() if name != "key"}

@@ -15,7 +15,7 @@ from ilf.io.depth import read_depth_values
 from ilf.io.images import encode_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256, read_record
-from ilf.run.replaying import Replay, file_problems
+from ilf.run.replaying import Replay, depth_difference_text, file_problems
 from ilf.run.writing import write
 from ilf.segmentation.extraction import found_blocks
 
@@ -249,6 +249,8 @@ def test_the_verdict_says_how_far_the_depth_is_off(tmp_path):
     depth[0, 1:4] = np.nan
     (missing,) = again.verdict(replace(completion, depth=depth))
     assert "at 4 pixels; in addition, 3 pixels missing in only one of them." in missing
+    recorded = completion.depth
+    assert depth_difference_text(depth, recorded) == depth_difference_text(recorded, depth)
 
 
 def test_the_verdict_says_where_it_cannot_tell_how_far(tmp_path):

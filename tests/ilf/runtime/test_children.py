@@ -38,6 +38,7 @@ def test_a_frozen_program_tries_readers_in_a_child_and_shares_work_among_process
     monkeypatch.setattr(sys, "executable", _frozen(tmp_path, room))
     monkeypatch.setattr(sys, "frozen", True, raising=False)
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
+    assert run_in_child(os.write, 1, b"what a library prints", file="seven") == 21
     ((_, group),) = run_in_processes(os.getpgid, [0], jobs=2)
     assert group != os.getpgid(0)
 

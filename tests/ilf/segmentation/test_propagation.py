@@ -75,17 +75,18 @@ def test_a_pose_is_exact_on_planes_without_any_detail():
     depth[:, 70:] = 3.0
     labels = np.where(np.arange(128)[None] < 70, 5, 9) * np.ones(_SHAPE, np.int32)
     labels[30:60, 20:40] = 6
-    # 0.1 m to the left: points move to the right, the nearer ones by 6 px, the others by 4
+    # 0.1 m to the left: points move to the right, the nearer ones by 6 px, the others by 4; all 3 px down in the image
+    lower = ilf.Camera(120.0, 120.0, 63.5, 50.5)
     pose = np.eye(4)
     pose[0, 3] = 0.1
     after = np.full(_SHAPE, 2.0)
     after[:, 76:] = 3.0
-    frames = ilf.RGBDFrame(grey, depth, _CAMERA), ilf.RGBDFrame(grey, after, _CAMERA)
+    frames = ilf.RGBDFrame(grey, depth, _CAMERA), ilf.RGBDFrame(grey, after, lower)
     found = follow(frames[0], labels.astype(np.int32), frames[1], pose=pose, extraction=_QUICK)
     assert found.how == "pose"
     ground_truth = np.where(np.arange(128)[None] < 76, 5, 9) * np.ones(_SHAPE, np.int32)
-    ground_truth[30:60, 26:46] = 6
-    np.testing.assert_array_equal(found.labels[:, 6:], ground_truth[:, 6:])
+    ground_truth[33:63, 26:46] = 6
+    np.testing.assert_array_equal(found.labels[3:, 6:], ground_truth[3:, 6:])
     assert follow(frames[0], labels.astype(np.int32), frames[1], how="flow", pose=pose, extraction=_QUICK).how == "flow"
 
 

@@ -236,6 +236,7 @@ def test_credentials_in_an_address_are_refused_and_not_shown(tmp_path, cli, addr
 
 def test_credentials_in_errors_of_drivers_are_not_shown(memory, monkeypatch, tmp_path):
     monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", SECRET)
+    monkeypatch.setenv("ANOTHER_KEY", SECRET[:8])  # which is no reason to show the rest
     address = upload(write_frames(tmp_path / "in", 1), "in")
     source = ilf.open_source(address)
 

@@ -21,7 +21,8 @@ H, W = 48, 64
 METRES = (1.5 + 0.007 * np.arange(W)[None] + 0.02 * np.arange(H)[:, None]).astype(np.float32)
 METRES[10:20, 30:40] = 0
 TRUTH = np.where(METRES == 0, 2.25, METRES).astype(np.float32)
-K = np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])
+NUMBERS = FX, FY, CX, CY = 60.0, 61.5, 30.25, 24.75
+K = np.array([[FX, 0, CX], [0, FY, CY], [0, 0, 1]])
 WIDE = np.array([[120.0, 0, 63.5], [0, 120.0, 47.5], [0, 0, 1]])
 """The camera of colour of twice the size of depth."""
 POSE = np.array([[0, 0, 1, 1], [-1, 0, 0, 2], [0, -1, 0, 3], [0, 0, 0, 1]], float)
@@ -61,7 +62,7 @@ def _transforms(**depth: str) -> dict[str, Any]:
         | {key: name.format(n=number) for key, name in depth.items()}
         for number, pose in enumerate(Y_UP)
     ]
-    camera = {"camera_model": "OPENCV", "fl_x": 60, "fl_y": 60, "cx": 32.0, "cy": 24.0, "w": W, "h": H}
+    camera = {"camera_model": "OPENCV", "fl_x": FX, "fl_y": FY, "cx": CX + 0.5, "cy": CY + 0.5, "w": W, "h": H}
     return camera | {"frames": frames}
 
 
@@ -81,7 +82,7 @@ SKY = np.pad(np.where(METRES > 0, METRES, 655.35), ((0, 0), (0, 95)), constant_v
 SQUARE = np.vstack((METRES, METRES[:16]))
 HO3D = np.rint(METRES / 0.00012498664727900177).astype(np.uint16)
 ISAAC = 20 / 20.955 * W
-LENS = {"fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5}
+LENS = {"fx": FX, "fy": FY, "cx": CX, "cy": CY}
 SIZE = {"w": W, "h": H}
 # what files contain; of a list, each frame has its own
 CONTENTS = {
@@ -105,17 +106,17 @@ CONTENTS = {
     "poses-in-lines": np.array([pose.ravel() for pose in POSES]),
     "kitti-calibration": f"calib_time: 09-Jan-2012 13:57:47\nP_rect_00: {'1 ' * 12}\n"
     f"P_rect_02: {_line(np.c_[K, [44.0, 0.2, 0.003]])}\n",
-    "matterport-intrinsics": f"{W} {H} 60 60 31.5 23.5 0.04 -0.16 0.0006 -0.0005 0.0",
+    "matterport-intrinsics": f"{W} {H} {FX} {FY} {CX} {CY} 0.04 -0.16 0.0006 -0.0005 0.0",
     "padded": np.pad(METRES, ((0, 16), (0, 16))),
     "matterport-conf": "dataset matterport\nn_images 2\ndepth_directory undistorted_depth_images\n"
-    "color_directory undistorted_color_images\nintrinsics_matrix 1280 0 639.5  0 1280 511.5  0 0 1\n"
+    "color_directory undistorted_color_images\nintrinsics_matrix 1280 0 620  0 1264 500.5  0 0 1\n"
     + "\n".join(f"scan {PANORAMA}_d0_{n}.png {PANORAMA}_i0_{n}.jpg {_line(Y_UP[n])}" for n in range(2)),
     "hypersim-rays": (METRES * _longer(886.81 * W / 1024, 886.81 * W / 1024)).astype(np.float16),
     "dreds": DREDS,
     "dreds-truth": np.where(DREDS == 0, 2.25, DREDS),
     "diode": TRUTH[..., None],
     "diode-mask": (METRES > 0).astype(np.float64),
-    "cleargrasp-camera": f"# D435\nxres: {W}\nyres: {H}\nfx: 60.0\nfy: 60.0\ncx: 31.5\ncy: 23.5\n",
+    "cleargrasp-camera": f"# D435\nxres: {W}\nyres: {H}\nfx: {FX}\nfy: {FY}\ncx: {CX}\ncy: {CY}\n",
     "isaac": np.where(METRES > 0, METRES, np.float32(np.inf)),
     "isaac-rays": np.where(METRES > 0, METRES * _longer(ISAAC, ISAAC), np.float32(np.inf)),
     "isaac-camera": {"cameraAperture": [20.955, 15.7], "cameraFocalLength": 20.0, "renderProductResolution": [W, H]},
@@ -161,15 +162,16 @@ def _write(root: Path, *files: str, numbers: Iterable[object] = (0, 1), **conten
             write_file(root / name.format(n=number), float(units) * own if units else own)
 
 
-def _published() -> dict[str, tuple[list[str], str, list[object], str]]:
-    """Of each data set in the table: files, focal length, the frames' numbers or times, and what else it gives."""
+def _published() -> dict[str, tuple[list[str], tuple[float, ...], list[object], str]]:
+    """Of each data set in the table: files, fx, fy, cx and cy, the frames' numbers or times, and what else it gives."""
     data_sets = {}
     for line in Path(__file__).with_name("published_layouts.txt").read_text().splitlines():
         if line.startswith("["):
-            name, focal, numbers, gives = line.strip("[]").split("|")
+            name, camera, numbers, gives = line.strip("[]").split("|")
             counted = [int(number) if number.isdigit() else number for number in numbers.split()]
             files: list[str] = []
-            data_sets[name.strip()] = files, focal, counted, gives
+            known = NUMBERS if "K" in camera else tuple(map(float, camera.split()))
+            data_sets[name.strip()] = files, known, counted, gives
         elif not line.startswith("#"):
             files.append(line)
     return data_sets
@@ -185,7 +187,7 @@ def _write_published(root: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_published_layouts_are_read_right_at_once(tmp_path, name):
-    _, focal, _, gives = PUBLISHED[name]
+    _, camera, _, gives = PUBLISHED[name]
     _write_published(tmp_path / "data", name)
     source = ilf.open_source(tmp_path / "data")
     assert (source.layout.partition(" ")[0], len(source)) == (name.partition(",")[0], 2), source.notes
@@ -193,7 +195,7 @@ def test_published_layouts_are_read_right_at_once(tmp_path, name):
     height, width = min(H, frame.shape[0]), min(W, frame.shape[1])
     wanted = np.where(METRES == 0, np.nan, METRES)[:height, :width]
     assert np.allclose(frame.depth[:height, :width], wanted, atol=5e-3, equal_nan=True)
-    assert (frame.intrinsics.fx if frame.intrinsics else 0) == pytest.approx(float(focal), rel=1e-4)
+    assert (frame.intrinsics.numbers if frame.intrinsics else ()) == pytest.approx(camera, rel=1e-4)
     assert frame.plausibility_warnings == ()
     assert (frame.ground_truth is not None) == ("truth" in gives)
     if "truth" in gives:
@@ -238,7 +240,7 @@ def test_the_camera_beside_folders_of_colour_and_depth_is_read(tmp_path, file):
     """GraspNet and WildRGB-D."""
     stated = "K" if file == "camK.npy" else "K-json"
     _write(tmp_path, "rgb/{n:04}.png: grey", "depth/{n:04}.png: depth*1000", f"{file}: {stated}")
-    assert ilf.open_source(tmp_path)[0].intrinsics.numbers == (60, 60, 31.5, 23.5)
+    assert ilf.open_source(tmp_path)[0].intrinsics.numbers == NUMBERS
 
 
 def test_depth_of_instant_ngp_has_its_own_names_and_scale(tmp_path):
@@ -315,8 +317,7 @@ def test_frames_of_scannet_are_registered_by_the_two_cameras(tmp_path):
     assert frame.intrinsics.fx == pytest.approx(121.5)
     # the pixel of colour sees the same direction as a pixel of depth
     column, row = (
-        round((value - centre) / 60 * 121.5 + middle)
-        for value, centre, middle in ((10, 31.5, 60.25), (30, 23.5, 47.75))
+        round((value - centre) / 60 * 121.5 + middle) for value, centre, middle in ((10, CX, 60.25), (30, CY, 47.75))
     )
     assert frame.depth[row, column] == pytest.approx(METRES[30, 10], abs=0.02)
     assert np.allclose(frame.pose, POSES[1])
@@ -344,6 +345,15 @@ def test_two_files_of_different_sizes_are_registered_or_refused_with_the_cure(tm
     assert (tmp_path / "again/depth.npy").read_bytes() == (tmp_path / "out/depth.npy").read_bytes()
 
 
+@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_cameras_of_one_size_that_differ_are_doubted_whichever_is_larger(tmp_path, factor, number):
+    files = write_rgbd(tmp_path, 1000 * METRES)
+    other = [value * (factor if at == number else 1) for at, value in enumerate(NUMBERS)]
+    with pytest.warns(DepthWarning, match="their cameras differ"):
+        ilf.load_frame(*files, intrinsics=NUMBERS, depth_intrinsics=other)
+
+
 def test_replica_is_named_and_found_one_folder_up(tmp_path, cli):
     _write_published(tmp_path, "replica")
     told = cli("info", tmp_path / "room0").out
@@ -367,7 +377,7 @@ def test_depth_beside_the_images_of_a_transforms_json(tmp_path):
     _write_published(tmp_path, "nerfstudio, depth beside")
     source = ilf.open_source(tmp_path)
     assert source.is_registered  # one camera is stated for both
-    assert source[1].intrinsics.cx == 31.5, "its pixels are counted from a corner"
+    assert source[1].intrinsics.cx == CX, "its pixels are counted from a corner"
     data = json.loads((tmp_path / "transforms.json").read_text()) | {"depth_unit_scale_factor": 0.0005}
     (tmp_path / "transforms.json").write_text(json.dumps(data))
     assert ilf.open_source(tmp_path)[1].inputs.depth_units == 2000
@@ -460,6 +470,7 @@ def test_own_layouts_precede_the_table(tmp_path, no_own_layouts):
         ("rgb='*.png depth=d/*.png", "quotation"),
         ("rgb={*.png,x/*_*.png} depth=*.png", "same placeholders"),
         ("rgb=*_*_*_*_*.png depth=d/*.png", "placeholders in a name"),
+        (f"rgb={'{a,b}' * 7}/*.png depth=d/*.png", "64 alternatives"),
         ("rgb=/*.png depth=d/*.png", "path in the data set"),
         ("rgb=a/{}/*.png depth=d/*.png", "path in the data set"),
         ("nothing", "There is no layout 'nothing'"),

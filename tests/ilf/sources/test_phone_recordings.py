@@ -140,11 +140,19 @@ def test_scannet_is_registered_by_its_two_cameras(tmp_path):
     assert frame.shape == COLOUR_SIZE[::-1]
     assert np.abs(frame.rgb.astype(int) - 100).max() <= 6
     assert frame.intrinsics.fx == K[0]
+    own = ilf.open_source(tmp_path / "a.sens", view="depth", intrinsics=ilf.Camera(30, 31, 14, 12, size=SIZE)).read("1")
+    assert (own.shape, own.intrinsics.numbers) == (SIZE[::-1], (30, 31, 14, 12))
     assert np.allclose(source.pose("1"), pose(1), atol=1e-6)
     shift = np.eye(4)
     shift[0, 3] = 0.05
     moved = ilf.open_source(written(tmp_path / "b.sens", sens(shift)))
     assert np.allclose(moved.calibration("0").depth_to_colour, shift)
+
+
+def test_a_sequence_without_its_trajectory_has_no_poses(tmp_path):
+    folder = write_arkit(tmp_path / "arkit")
+    (folder / "lowres_wide.traj").unlink()
+    assert ilf.open_source(folder)[0].pose is None
 
 
 def test_info_tells_of_confidence_and_has_its_facts_in_line(tmp_path, capsys, cli):

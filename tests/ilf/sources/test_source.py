@@ -115,6 +115,9 @@ def test_pairs_side_by_side_in_a_list(tmp_path, save, line):
     source = ilf.open_source(tmp_path)
     assert (source.keys, source.timestamps) == (("rgb/1", "rgb/2"), (1.0, 2.0))
     assert _is_read(source.read("2"))
+    save("rgb/1.jpg", "depth/3.png", MM * 5)
+    (tmp_path / "associations.txt").write_text("1 rgb/1.png 1 depth/1.png\n2 rgb/1.jpg 2 depth/2.png")
+    assert ilf.open_source(tmp_path).keys == ("rgb/1", "rgb/1.jpg")
     twice = "1 rgb/1.png 1 depth/1.png\n2 rgb/1.png 2 depth/2.png"
     for wrong in ("1 rgb/1.png", "1 rgb/1.png x depth/1.png", twice, "#"):
         (tmp_path / "associations.txt").write_text(wrong)
