@@ -1,4 +1,4 @@
-"""Weights in the ONNX file of a network: in half precision, or the mean of those of two trainings."""
+"""Weights in the ONNX file of a network: in half precision, or a mean of those of two trainings."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,13 +22,13 @@ def halve_weights(path: Path) -> None:
     onnx.save(model, str(path))
 
 
-def mix_weights(path: Path, other: Path) -> None:
-    """Replace the weights of the convolutions in an ONNX file by their means with those of another training."""
+def mix_weights(path: Path, other: Path, share: float) -> None:
+    """Replace the weights of the convolutions in an ONNX file by a mean, of which another training has a share."""
     model, given = onnx.load(str(path)), onnx.load(str(other))
     own, theirs = (dict(_convolved(one.graph)) for one in (model, given))
     for name, weights in own.items():
-        mean = (numpy_helper.to_array(weights) + numpy_helper.to_array(theirs[name])) / 2
-        weights.CopyFrom(numpy_helper.from_array(mean, weights.name))
+        mean = (1 - share) * numpy_helper.to_array(weights) + share * numpy_helper.to_array(theirs[name])
+        weights.CopyFrom(numpy_helper.from_array(mean.astype(np.float32), weights.name))
     onnx.save(model, str(path))
 
 
