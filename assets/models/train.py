@@ -48,7 +48,7 @@ def recipe_of(given: argparse.Namespace) -> Recipe:
         from recipes.sparse_samples import make_samples
 
         make_samples(given.frames, given.data, given.jobs)
-        return SparseCorrectionRecipe(given.data)
+        return SparseCorrectionRecipe(given.data, given.start)
     from recipes.bsds500 import Bsds500Recipe
     from recipes.bsds500_images import load_examples
 
@@ -70,7 +70,7 @@ def parsed(arguments: Sequence[str] | None) -> argparse.Namespace:
         one.add_argument("--resume", action="store_true", help="resume from the checkpoint in --out")
     for name in ("contours", "sparse-correction"):
         of[name].add_argument("--frames", type=Path, nargs="*", default=[], help="folders of real frames")
-    for name in ("contours", "correction"):
+    for name in ("contours", "correction", "sparse-correction"):
         of[name].add_argument("--start", type=Path, help="network (ONNX) of an earlier training to start from")
     of["sparse-correction"].add_argument(
         "--jobs", type=int, default=cores, help="processes that make samples (default: all cores, %(default)s)"

@@ -119,6 +119,13 @@ def sparse_features(
     return np.stack([*(_GAIN * one for one in of_depth), *others]).astype(np.float32), log_depth
 
 
+def mirrored(features: Array) -> Array:
+    """The features of the frame's mirror image, of the same shape; the last axis is the one that is turned round."""
+    turned = np.ascontiguousarray(features[..., ::-1])
+    turned[CHANNELS.index("slope right")] *= -1
+    return turned
+
+
 def spread_to_pixels(cells: Array, log_depth: Array, pixels: Array) -> Array:
     """For every pixel, the mean of the changes of the 9 cells around it, weighted by nearness and by alike depth.
 
@@ -167,7 +174,7 @@ class SparseCorrectionNetwork(OnnxNetwork):
             As of `sparse_features`.
         """
         features, log_depth = sparse_features(rgb, depth, corrected, change, contours)
-        cells = self._cells(features)
+        cells = (self._cells(features) + self._cells(mirrored(features))[:, ::-1]) / np.float32(2)
         median = np.median(np.log(depth[np.isfinite(depth)]))
         with np.errstate(invalid="ignore"):
             return spread_to_pixels(cells, log_depth, np.asarray(np.log(corrected) - median, np.float32))

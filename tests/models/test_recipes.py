@@ -57,7 +57,7 @@ def write_sparse_samples(folder):
         true = np.where(rng.random((70, 90)) < 0.8, 2, np.nan).astype(np.float32)
         features = rng.normal(size=(len(CHANNELS), 70, 90)).astype(np.float32)
         one = np.ones((70, 90), np.float32)
-        Sample(features, true, np.float32(2.1) * one, one).save(folder / f"{name}-0.npz")
+        Sample(features, true, np.float32(2.1) * one, one).save(folder / f"measured-{name}-0.npz")
 
 
 # warnings of PyTorch's export
@@ -83,6 +83,31 @@ def test_a_step_is_trained_and_the_library_uses_the_network(network, tmp_path, c
     assert torch.load(out / "checkpoint.pt", weights_only=True)["step"] == 1
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
+@pytest.mark.usefixtures("threads")
+def test_a_training_that_starts_from_a_network_ends_at_a_mean_of_both(tmp_path, monkeypatch):
+    pytest.importorskip("torch", reason="training needs PyTorch")
+    onnx = pytest.importorskip("onnx", reason="training needs onnx")
+    from recipes.sparse_correction import SparseCorrectionRecipe
+
+    write_sparse_samples(tmp_path)
+
+    def weights(folder, *given):
+        arguments = ["sparse-correction", "--data", str(tmp_path), "--out", str(folder), "--threads", "1"]
+        assert train.main([*arguments, "--minutes", "1e-6", *given]) == 0
+        graph = onnx.load(str(folder / "sparse-correction.onnx")).graph
+        return [onnx.numpy_helper.to_array(one) for one in graph.initializer]
+
+    monkeypatch.setattr(SparseCorrectionRecipe, "seed", 5)
+    first = weights(tmp_path / "first")
+    start = ("--start", str(tmp_path / "first" / "sparse-correction.onnx"))
+    mean = weights(tmp_path / "mean", *start)
+    monkeypatch.setattr(SparseCorrectionRecipe, "finish", lambda self, path: None)
+    trained = weights(tmp_path / "trained", *start)
+    for before, after, both in zip(first, trained, mean, strict=True):
+        assert both == pytest.approx(0.6 * before + 0.4 * after, abs=1e-6)
+
+
 def test_without_pytorch_one_line_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     assert train.main(["contours", "--data", str(tmp_path), "--out", str(tmp_path / "out")]) == 1
@@ -103,7 +128,7 @@ def test_the_loss_of_sparse_depth_is_that_of_its_formula(tmp_path):
     expected = abs(2.1 * np.exp(-0.02) - 2)
     assert mean.numpy() == pytest.approx(expected, rel=1e-4)
     assert rms.numpy() == pytest.approx(expected, rel=1e-3)
-    unchanged = 0.1 / (0.1 + 0.021) + 0.5 * 0.1 / (0.1 + 0.042)
+    unchanged = 0.1 / (0.1 + 0.021) + 0.1 / (0.1 + 0.042)
     assert float(recipe.loss(recipe.new_model().eval(), batch).detach()) == pytest.approx(unchanged, rel=1e-3)
 
 

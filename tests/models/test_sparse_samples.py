@@ -45,7 +45,7 @@ def test_samples_are_made_once_and_read_again(folder, tmp_path, monkeypatch):
     make_samples([folder], out, 1)
     paths = sorted(out.glob("*.npz"))
     assert paths
-    assert all(path.stem.startswith("frame_0-") for path in paths)
+    assert all(path.stem.startswith("measured-frame_0-") for path in paths)
     before = [path.stat().st_mtime_ns for path in paths]
     make_samples([folder], out, 1)
     assert [path.stat().st_mtime_ns for path in paths] == before

@@ -6,6 +6,7 @@ It learns from generated pictures, to which new ones may be added during trainin
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from ilf.segmentation.edges.detectors import DEPTH_CHANNELS
 
 from .lines import LineScore
 from .pictures import PictureFolder, random_sample, read_picture, sample_of, with_hidden_depth
+from .stored_weights import halve_weights
 from .trainer import Arrays, Recipe
 from .unet import INITIAL_LOGIT, UP_WIDTHS, UNet, lines_head
 
@@ -138,13 +140,15 @@ class DepthEdgeRecipe(Recipe):
     file_name = "depth-edges.onnx"
     inputs: ClassVar = {"image": 3, "depth": len(DEPTH_CHANNELS)}
     outputs = ("jump", "crease", "coarse")
-    half_weights = True
 
     def __init__(self, folder: PictureFolder) -> None:
         self.folder = folder
 
     def new_model(self) -> nn.Module:
         return DepthEdgeModel()
+
+    def finish(self, path: Path) -> None:
+        halve_weights(path)
 
     def batch(self, rng: np.random.Generator) -> Arrays:
         self.folder.refresh()

@@ -10,15 +10,19 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ilf.completion.sparse_correction import CHANNELS
+from ilf.completion.sparse_correction import CHANNELS, mirrored
 from ilf.errors import InputError
 
-from .sparse_samples import Sample, is_held_out
+from .initialisation import initialise_from
+from .sparse_samples import MEASURED, Sample, is_held_out
+from .stored_weights import mix_weights
 from .trainer import Arrays, Recipe
 from .unet import ResidualBlock
 
 WIDTH, DILATIONS = 48, (1, 2, 4)
-BATCH = 4
+BATCH, _MEASURING_BATCH = 4, 16
+"""Samples of a batch, and of the one by which the normalisation of a given network is measured."""
+
 CROP = (64, 80)
 """Rows and columns of the cells that a sample of a batch shows."""
 
@@ -33,8 +37,12 @@ _LEAST_CELLS = 20
 _MIN_MEAN, _MIN_RMS = 0.01, 0.02
 """Minimum errors, as shares of the median depth; smaller ones count as these."""
 
-_RMS_SHARE = 0.5
+_RMS_SHARE = 1.0
 """Weight in the loss of the ratio of RMS errors; that of mean errors has 1."""
+
+
+_START_SHARE = 0.6
+"""Share of the network that a training starts from in the exported weights: such a mean is better than either."""
 
 
 class SparseCorrectionModel(nn.Module):
@@ -65,6 +73,8 @@ class SparseCorrectionRecipe(Recipe):
     ----------
     folder : Path
         Folder of samples.
+    start : Path, optional
+        Network (ONNX) of an earlier training to start from.
     """
 
     seed = 67
@@ -73,23 +83,36 @@ class SparseCorrectionRecipe(Recipe):
     inputs: ClassVar = {"features": len(CHANNELS)}
     outputs = ("change",)
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, start: Path | None = None) -> None:
         paths = sorted(folder.glob("*.npz"))
-        self.learnt = [Sample.load(path) for path in paths if not is_held_out(path)]
+        learnt = {path: Sample.load(path) for path in paths if not is_held_out(path)}
+        # measured frames count twice: of the others there are more, and simulated sensors are not quite like real ones
+        self.learnt = [*learnt.values(), *(one for path, one in learnt.items() if path.name.startswith(MEASURED))]
         self.kept_back = [Sample.load(path) for path in paths if is_held_out(path)]
+        self.start = start
         if not self.learnt or not self.kept_back:
             raise InputError(f"{folder} has too few samples. Name more frames.")
 
     def new_model(self) -> nn.Module:
-        return SparseCorrectionModel()
+        model = SparseCorrectionModel()
+        if self.start is not None:
+            features, _ = self.batch(np.random.default_rng(self.seed), _MEASURING_BATCH)
+            initialise_from(model, self.start, features)
+        return model
 
-    def batch(self, rng: np.random.Generator) -> Arrays:
-        chosen = [self._cropped(self.learnt[k], rng) for k in rng.integers(len(self.learnt), size=BATCH)]
+    def finish(self, path: Path) -> None:
+        if self.start is not None:
+            mix_weights(path, self.start, _START_SHARE)
+
+    def batch(self, rng: np.random.Generator, size: int = BATCH) -> Arrays:
+        chosen = [self._cropped(self.learnt[k], rng) for k in rng.integers(len(self.learnt), size=size)]
         return tuple(np.stack(arrays) for arrays in zip(*chosen, strict=True))
 
     def _cropped(self, sample: Sample, rng: np.random.Generator) -> Arrays:
-        depths = np.stack([sample.true, sample.corrected, sample.fading], axis=-1)
-        features = np.moveaxis(sample.features, 0, 2)
+        depths, features = np.stack([sample.true, sample.corrected, sample.fading], axis=-1), sample.features
+        if rng.random() < 0.5:
+            depths, features = depths[:, ::-1], mirrored(features)
+        features = np.moveaxis(features, 0, 2)
         rows, columns = (
             np.arange(side) + int(rng.integers(max(size - side, 0) + 1))
             for side, size in zip(CROP, sample.true.shape, strict=True)
@@ -114,7 +137,7 @@ class SparseCorrectionRecipe(Recipe):
         ratios = []
         for sample in self.kept_back:
             depths = np.stack([sample.true, sample.corrected, sample.fading], axis=-1)
-            features, known = tensors((np.moveaxis(sample.features, 0, 2)[None].copy(), depths[None]))
+            features, known = tensors((np.moveaxis(sample.features, 0, 2)[None].astype(np.float32), depths[None]))
             now, before = (torch.cat(errors(one, known)) for one in (model(features), torch.zeros_like(known[:, :1])))
             ratios.append(torch.log(now / before).cpu().numpy())
         mean, rms = np.exp(np.mean(ratios, axis=0))

@@ -19,8 +19,6 @@ from torch import Tensor, nn
 
 from ilf.io.tables import csv_text
 
-from .half_precision import halve_weights
-
 Arrays = tuple[NDArray[np.float32], ...]
 
 WARM_UP = 0.01
@@ -42,8 +40,6 @@ class Recipe(ABC):
     """Inputs of the exported network: name -> channels, in the order of the model's arguments."""
     outputs: ClassVar[tuple[str, ...]]
     """Names of its outputs."""
-    half_weights: ClassVar[bool] = False
-    """Whether its weights are stored in half precision."""
 
     @abstractmethod
     def new_model(self) -> nn.Module:
@@ -64,6 +60,9 @@ class Recipe(ABC):
     def deployed(self, model: nn.Module) -> nn.Module:
         """Convert a trained model to the network that is exported."""
         return model
+
+    def finish(self, path: Path) -> None:  # noqa: B027 (not every recipe does)
+        """Change the weights of the exported file; by default, they stay."""
 
 
 def learning_rate(peak: float, progress: float) -> float:
@@ -218,5 +217,4 @@ def write_onnx(recipe: Recipe, model: nn.Module, path: Path) -> None:
         opset_version=17,
         dynamo=False,
     )
-    if recipe.half_weights:
-        halve_weights(path)
+    recipe.finish(path)

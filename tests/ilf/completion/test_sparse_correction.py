@@ -12,6 +12,7 @@ from ilf.completion.sparse_correction import (
     SparseCorrectionNetwork,
     cell_side,
     middles_of_cells,
+    mirrored,
     sparse_features,
     spread_to_pixels,
 )
@@ -83,6 +84,18 @@ def test_features_are_what_their_names_say(sparse):
     window = sparse.known[40 - 7 : 40 + 8, 60 - 7 : 60 + 8]
     assert named["known in 15"][40, 60] == pytest.approx(15 * window.mean(), rel=1e-4)
     assert np.abs(named["slope"][inner]).max() == 0, "the corrected depth is level"
+
+
+def test_a_frame_and_its_mirror_image_are_changed_alike(sparse):
+    rgb, depth, corrected, change, contours = inputs_of(sparse)
+    corrected = corrected + np.linspace(0, 0.4, SHAPE[1], dtype=np.float32)
+    turned = [np.ascontiguousarray(one[:, ::-1]) for one in (rgb, depth, corrected, change, contours)]
+    features, of_turned = (sparse_features(*given)[0] for given in ((rgb, depth, corrected, change, contours), turned))
+    # pixels between two known ones may take the depth of either
+    assert np.mean(np.abs(mirrored(features) - of_turned) < 1e-3) > 0.97
+    network = SparseCorrectionNetwork.bundled()
+    one = network.change(rgb, depth, corrected, change, contours)
+    assert np.median(np.abs(one - network.change(*turned)[:, ::-1])) < 1e-3
 
 
 def test_what_has_not_been_completed_counts_as_the_nearest_known_depth(sparse):
