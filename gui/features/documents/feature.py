@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
@@ -13,11 +14,13 @@ from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS, write_blocks
+from ilf.run.record import read_record
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
 from ilf.sources.frame_ref import FrameRef
-from ilf.sources.listing import Listing
+from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import note_opened
+from ilf.sources.reading import read_frame
 
 from ...base.commands import command
 from ...base.needs import Need
@@ -98,11 +101,12 @@ class DocumentsFeature(Feature):
         note_opened(*source.paths)
         several = source.depth is None and source.frame is None and contains_frames(source.rgb)
         open_ = self._project.opening.open_folder if several else self.context.loader.open
-        self._project.join(Path(source.rgb), lambda: open_(source))
+        look = partial(list_frames, source.rgb, source.options) if several else partial(read_frame, source)
+        self._project.join(Path(source.rgb), look, lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
-        self._project.join(record.absolute(), lambda: self.context.loader.open_run(record))
+        self._project.join(record.absolute(), partial(read_record, record), partial(self.context.loader.open_run, record))
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
