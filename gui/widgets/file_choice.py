@@ -6,10 +6,12 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QBuffer, QSettings
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from ilf._runtime.installation import is_asset
+from ilf._runtime.writing import write_bytes
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
@@ -80,3 +82,11 @@ def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
         return False
     notes.show_message(f"Saved {path}")
     return True
+
+
+def write_picture(path: str | Path, picture: QPixmap) -> None:
+    """Write a picture as PNG."""
+    content = QBuffer()
+    content.open(QBuffer.OpenModeFlag.WriteOnly)
+    picture.save(content, "PNG")
+    write_bytes(path, content.data().data())

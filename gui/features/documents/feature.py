@@ -28,7 +28,7 @@ from ...base.paths import contains_frames, sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.file_choice import ask_path, save_folder
+from ...widgets.file_choice import ask_path, save, save_folder, write_picture
 from ...work.latest_request import LatestRequest
 from ..cloud import CloudPanel
 from ..context import Context, Feature
@@ -106,7 +106,8 @@ class DocumentsFeature(Feature):
 
     def open_run(self, record: Path) -> None:
         """Open the frame, blocks and parameters of a run.json."""
-        self._project.join(record.absolute(), partial(read_record, record), partial(self.context.loader.open_run, record))
+        open_ = partial(self.context.loader.open_run, record)
+        self._project.join(record.absolute(), partial(read_record, record), open_)
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
@@ -223,14 +224,10 @@ class DocumentsFeature(Feature):
         if focused is not None:
             focused.clearFocus()
         self.context.feature(CloudPanel).view.canvas.drawing.finish()
-        saved = self.context.centre.picture().save(path, "PNG")
+        picture = self.context.centre.picture()
         if focused is not None:
             focused.setFocus()
-        if saved:
-            self.notes.show_message(f"Saved {path}")
-        else:
-            self.notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
-        return saved
+        return save(self.notes, path, lambda: write_picture(path, picture))
 
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
