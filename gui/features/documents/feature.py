@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from ilf.io.block_files import BLOCK_FORMATS, write_blocks
 from ilf.run.record import read_record
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
-from ilf.sources.frame_ref import FrameRef
+from ilf.sources.frame_ref import RECORD_FILE, FrameRef
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import note_opened
 from ilf.sources.reading import read_frame
@@ -105,9 +106,13 @@ class DocumentsFeature(Feature):
         self._project.join(Path(source.rgb), look, lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
-        """Open the frame, blocks and parameters of a run.json."""
-        open_ = partial(self.context.loader.open_run, record)
-        self._project.join(record.absolute(), partial(read_record, record), open_)
+        """Open the run.json of a result, as its folder: the frame, blocks, parameters and result of the run."""
+        if record.name != RECORD_FILE:
+            text = f"{record} is not a run record: give the {RECORD_FILE} of an export, under this name."
+            self.notes.report(f"Opening {record.name}", InputError(text))
+            return
+        folder = FrameRef(os.path.abspath(record.parent))  # one key for all spellings of the path
+        self._project.join(record.absolute(), partial(read_record, record), lambda: self.context.loader.open(folder))
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
