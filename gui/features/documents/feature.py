@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QApplication
 
 from ilf._runtime.formatting import counted, covered
 from ilf._runtime.installation import asset_path
@@ -29,7 +29,7 @@ from ...base.paths import contains_frames, sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.file_choice import ask_path, save, save_folder, write_picture
+from ...widgets.file_choice import ask_file, ask_path, save, write_picture
 from ...work.latest_request import LatestRequest
 from ..cloud import CloudPanel
 from ..context import Context, Feature
@@ -149,16 +149,12 @@ class DocumentsFeature(Feature):
     @command("save_blocks", "Save b&locks…", needs=Need.BLOCKS)
     def ask_save_blocks(self) -> None:
         """Write the blocks and their names as label map (PNG), COCO or labelme file."""
-        filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
-        proposed = save_folder() / f"{self.workspace.current.name}-blocks.png"
-        path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
+        kinds = {f"{text} (*{suffix})": (name, suffix) for name, (text, suffix) in BLOCK_FORMATS.items()}
+        proposed = f"{self.workspace.current.name}-blocks.png"
+        path, kind = ask_file(self._window, "Save blocks", proposed, ";;".join(kinds))
         if path:
-            format = filters.get(chosen, "png")
-            suffix = BLOCK_FORMATS[format][1]
-            known = {suffix for _, suffix in BLOCK_FORMATS.values()}
-            if Path(path).suffix.lower() not in known:
-                path += suffix
-            # a typed suffix takes precedence over the filter
+            format, suffix = kinds[kind]
+            # a typed suffix takes precedence over the kind
             self.save_blocks(path, format if Path(path).suffix.lower() == suffix else None)
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
