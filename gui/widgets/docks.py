@@ -143,7 +143,7 @@ class Docks(QObject):
 
     def _place(self, panel: _Panel) -> None:
         """Put a panel below those of other groups, as the last tab of its own group."""
-        others = self._members(panel.group)
+        others = [other.dock for other in self._panels.values() if other.group is panel.group]
         before = others[: others.index(panel.dock)]
         self._window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, panel.dock)
         if before:
@@ -260,9 +260,6 @@ class Docks(QObject):
                 dock.hide()
         if self.persistent:
             QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
-
-    def _members(self, group: PanelGroup) -> list[QDockWidget]:
-        return [panel.dock for panel in self._panels.values() if panel.group is group]
 
     def _show_titles_soon(self) -> None:
         if self._in_use:  # closing the window hides its panels
