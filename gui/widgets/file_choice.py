@@ -94,4 +94,4 @@ def write_picture(path: str | Path, picture: QPixmap) -> None:
     content = QBuffer()
     content.open(QBuffer.OpenModeFlag.WriteOnly)
     picture.save(content, "PNG")
-    write_bytes(path, content.data().data())
+    write_bytes(path, bytes(content.data().data()))
