@@ -12,9 +12,10 @@ from PySide6.QtWidgets import QApplication
 
 from ilf._runtime.writing import ensure_folder
 from ilf.data.results import Status
-from ilf.errors import InputError
+from ilf.errors import IlfError, InputError
 
 from ..features.expected_error import ErrorFeature
+from ..widgets.file_choice import write_picture
 from .main_window import MainWindow
 
 _POLL_MS = 20
@@ -52,7 +53,7 @@ class HeadlessRun(QObject):
         try:
             if not self.status and next(self._steps, self) is not self:
                 return
-        except InputError as error:
+        except IlfError as error:
             self.note_failure(str(error))
         self._timer.stop()
         if self._picture is not None:
@@ -85,8 +86,7 @@ class HeadlessRun(QObject):
             while time.monotonic() < settled or window.feature(ErrorFeature).busy:
                 yield
             ensure_folder(self._picture.parent)
-            if not window.documents.picture().save(str(self._picture), "PNG"):
-                raise InputError(f"{self._picture} could not be written. Use another folder, or free disk space.")
+            write_picture(self._picture, window.documents.picture())
 
     def _check_without_frame(self, run: bool) -> None:
         """Raise InputError if a frame could not be opened, or is needed."""

@@ -144,11 +144,6 @@ class PropagationRun:
     stopped: bool = False
 
 
-def _is_worked_on(entry: Entry) -> bool:
-    """Whether a frame has blocks that were edited or run."""
-    return entry.summary.blocks > 0 and entry.summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
-
-
 _DONE = {"copied": "copied", "flow": "propagated along optical flow", "pose": "propagated by the camera pose"}
 _MAX_NAMED = 3
 
@@ -302,7 +297,8 @@ class PropagationFeature(Feature):
                 continue
             run.present = entry
             self._show(run, number)
-            keeps = before is None or (_is_worked_on(entry) and not replaces)
+            worked_on = entry.summary.blocks > 0 and entry.summary.stage in (Stage.EDITED, Stage.RUN, Stage.FAILED)
+            keeps = before is None or (worked_on and not replaces)
             try:
                 before = yield from self._to(run, entry, None if keeps else before, shows)
                 run.kept += [entry.name] * (keeps and number > 0)

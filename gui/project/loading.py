@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -18,7 +17,7 @@ from ilf.data.blocks import Blocks
 from ilf.data.frame import RGBDFrame
 from ilf.data.parameters import BlockParameters
 from ilf.data.presets import preset
-from ilf.errors import InputError, one_line
+from ilf.errors import one_line
 from ilf.project.recorded_frames import recorded_run
 from ilf.project.sources import Places, moved
 from ilf.project.state_codec import Decoded
@@ -26,7 +25,7 @@ from ilf.run.replaying import Replay
 from ilf.run.run import Run
 from ilf.segmentation.edges.frame_edges import edges_for
 from ilf.segmentation.extraction import Extraction, extract
-from ilf.sources.frame_ref import RECORD_FILE, FrameRef, is_result_folder
+from ilf.sources.frame_ref import FrameRef, is_result_folder
 from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import NotAllowed, note_opened
 from ilf.sources.reading import described_beside, read_frame
@@ -146,14 +145,6 @@ class FrameLoader(QObject):
             yield partial(self.replace, [former])
             workspace.remove_entries([former])
         self._show_opened(source, opened)
-
-    def open_run(self, record: Path) -> None:
-        """Open the run.json of a result, as its folder: the frame, blocks, parameters and result of the run."""
-        if record.name == RECORD_FILE:
-            self.open(FrameRef(os.path.abspath(record.parent)))  # one key for all spellings of the path
-        else:
-            error = InputError(f"{record} is not a run record: give the {RECORD_FILE} of an export, under this name.")
-            self._notes.report(f"Opening {record.name}", error)
 
     @in_steps
     def open_folder(self, how: FrameRef, show: bool = True) -> Steps[None]:

@@ -158,8 +158,10 @@ class PaintTool(StrokeTool):
         if self._erasing and not host.options.to_no_block and (stroke := cropped(swept)) is not None:
             # the best neighbour can only be found for all pixels together
             patch = erase(document.labels, stroke, self._label, document.locked, frame=document.frame)
-        text = f"{'Erase from' if self._erasing else 'Paint'} {document.info(self._label).name}"
-        if not host.commit(patch, text, self._label) and not self._erasing:
+        name = document.info(self._label).name
+        if not host.commit(patch, f"{'Erase from' if self._erasing else 'Paint'} {name}", self._label):
+            if self._erasing:
+                raise InputError(f"{name} is selected, and has no pixels here.")
             check_unlocked(document, np.unique(document.labels[swept]).tolist())
 
 

@@ -183,7 +183,8 @@ class PixelItem(Drawing):
 
     def notify_change(self, box: Box) -> None:
         """Repaint after the pixels changed inside a box (rows, columns)."""
-        self.repaint(_rectangle(box), 0)
+        rows, columns = box
+        self.repaint(QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start), 0)
 
     def paint(self, painter: QPainter, pixel: float) -> None:
         # draw the whole image: Qt clips it, and a part of it would be rounded to other screen positions
@@ -214,11 +215,6 @@ class ScreenItem(Drawing):
             drawn.setDevicePixelRatio(painter.device().devicePixelRatioF())
             painter.resetTransform()
             painter.drawImage(QPointF(max(corner.dx(), 0.0), max(corner.dy(), 0.0)), drawn)
-
-
-def _rectangle(box: Box) -> QRectF:
-    rows, columns = box
-    return QRectF(columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start)
 
 
 _BRIGHT_RIM, _DARK_RIM = QColor(255, 255, 255, 150), QColor(0, 0, 0, 160)

@@ -6,10 +6,12 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QBuffer, QSettings
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from ilf._runtime.installation import is_asset
+from ilf._runtime.writing import write_bytes
 from ilf.data.frame import RGBDFrame
 from ilf.errors import IlfError
 
@@ -59,16 +61,21 @@ def save_folder(beside: str = "", kind: str = EXPORTS) -> Path:
 
 
 def ask_path(window: QWidget, title: str, name: str, kinds: str) -> str:
-    """Ask for the file to write. The suffix of the selected kind ("Table (*.csv);;…") is added if none was typed;
-    return "" if the user cancels."""
+    """Ask for the file to write, as `ask_file`, and return it alone."""
+    return ask_file(window, title, name, kinds)[0]
+
+
+def ask_file(window: QWidget, title: str, name: str, kinds: str) -> tuple[str, str]:
+    """Ask for the file to write, and return it and its kind, one of `kinds` ("Table (*.csv);;…"), whose suffix is added
+    if none was typed; the file is "" if the user cancels."""
     path, kind = QFileDialog.getSaveFileName(window, title, str(save_folder() / name), kinds)
     kind = kind or kinds.partition(";;")[0]  # some systems do not tell which was selected
     suffix = kind.partition("*")[2].rstrip(")")  # none of "Folder (*)"
     if path and not Path(path).suffix and suffix:
         path += suffix
         if Path(path).exists():  # the dialog has asked about the name without the suffix: it asks about the whole one
-            return ask_path(window, title, path, kinds)
-    return path
+            return ask_file(window, title, path, kinds)
+    return path, kind
 
 
 def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
@@ -80,3 +87,11 @@ def save(notes: Notes, path: str, write: Callable[[], None]) -> bool:
         return False
     notes.show_message(f"Saved {path}")
     return True
+
+
+def write_picture(path: str | Path, picture: QPixmap) -> None:
+    """Write a picture as PNG."""
+    content = QBuffer()
+    content.open(QBuffer.OpenModeFlag.WriteOnly)
+    picture.save(content, "PNG")
+    write_bytes(path, bytes(content.data().data()))

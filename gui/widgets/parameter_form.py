@@ -237,7 +237,8 @@ class ParameterForm(QScrollArea):
         """Show the values, of the parameters that have an effect now."""
         effective = {name for name in self._rows if self._parameters.has_effect(name)}
         every = self.all_button.isChecked()
-        shown = {name for name in effective if every or self._rows[name].declaration.basic or self._differs(name)}
+        changed = self._parameters.differences_from(self._base)
+        shown = {name for name in effective if every or self._rows[name].declaration.basic or name in changed}
         for name, row in self._rows.items():
             if name in shown or row.made:
                 self._show_row(name)
@@ -251,9 +252,6 @@ class ParameterForm(QScrollArea):
                 section.header.setChecked(True)
             section.setVisible(group in groups)
             section.order_tabs()
-
-    def _differs(self, name: str) -> bool:
-        return bool(getattr(self._parameters, name) != getattr(self._base, name))
 
     def _show_all(self, on: bool) -> None:
         QSettings().setValue(self._key, on)

@@ -449,6 +449,7 @@ class NumberTable(RowTable):
         for number, row in enumerate(self.numbers):
             if not row.cells:
                 self.setSpan(number, 0, 1, columns)
+        self.horizontalHeader().resizeSections()  # Qt looks at cells that change, not at new rows
         self.viewport().update()
 
     def text(self, chosen: Collection[int] = ()) -> str:

@@ -52,15 +52,20 @@ def test_blocks_of_another_program_come_in_as_one_step_and_go_out_to_a_third(ope
     assert document.info(4).name == "Chair"
     loaded = document.labels.copy()
 
-    target = tmp_path / "saved"
-    monkeypatch.setattr(
-        QFileDialog, "getSaveFileName", lambda *_: (str(target), "COCO, run lengths (*.json)"), raising=True
-    )
+    target, asked = tmp_path / "saved.json", []
+    target.touch()
+
+    def choose(window, title, path, kinds):
+        asked.append(path)
+        return (path if asked[1:] else str(tmp_path / "saved")), "COCO, run lengths (*.json)"
+
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", choose)
     opened.actions_["save_blocks"].trigger()
-    found = read_blocks(tmp_path / "saved.json", document.frame.shape)
+    assert asked[1:] == [str(target)], "it asks before it replaces the file that is there"
+    found = read_blocks(target, document.frame.shape)
     np.testing.assert_array_equal(found.labels, loaded)
     assert found.names == {4: "Chair"}
-    assert '"counts"' in (tmp_path / "saved.json").read_text()
+    assert '"counts"' in target.read_text()
 
     opened.workspace.undo_group.undo()
     np.testing.assert_array_equal(document.labels, before)

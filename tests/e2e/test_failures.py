@@ -1,5 +1,6 @@
 """What goes wrong is said in one message, and the frame, the edits and the files stay as they were."""
 
+import errno
 from pathlib import Path
 
 import cv2
@@ -36,7 +37,7 @@ def _dragged(kind: type[QDropEvent], data: QMimeData, actions: Qt.DropAction) ->
     return event
 
 
-def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbot, reported, tmp_path):
+def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbot, reported, tmp_path, monkeypatch):
     document = opened.workspace.current
     picture = tmp_path / "picture.png"
     cv2.imwrite(str(picture), np.zeros((48, 64, 3), np.uint8))
@@ -48,8 +49,14 @@ def test_what_cannot_be_read_or_written_leaves_the_open_frame_alone(opened, qtbo
     opened.loader.open(FrameRef(document.key))
     assert not opened.loader.busy, "it is open already"
 
-    assert not opened.documents.save_picture(str(tmp_path / "no" / "such" / "folder.png"))
-    assert "could not be written" in reported[1]
+    def full(path, content):
+        raise OSError(errno.ENOSPC, "full")
+
+    before = picture.read_bytes()
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert not opened.documents.save_picture(str(picture))
+    assert "the disk is full" in reported[1]
+    assert picture.read_bytes() == before
 
 
 def test_files_are_taken_as_copies_and_by_the_window_alone(window, qtbot, frame_folder, tmp_path):

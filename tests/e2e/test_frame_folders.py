@@ -298,11 +298,23 @@ def test_a_frame_opened_later_joins_the_folders_project_only_if_the_user_wants_i
     in_folder.documents.open_paths([folder / "frame-1"])
     qtbot.waitUntil(lambda: _present(in_folder).name == "frame-1")
     in_folder.documents.open_paths([other])
+    qtbot.waitUntil(lambda: not in_folder.loader.busy)
     assert "walk" in answer(in_folder, button)
     qtbot.waitUntil(lambda: not in_folder.loader.busy)
     names = {"&Add to it": COUNT + 1, "&New project": 1, "Cancel": COUNT}
     qtbot.waitUntil(lambda: len(in_folder.workspace.entries) == names[button])
     assert in_folder.project.present.path == (None if button == "&New project" else project)
+
+
+@pytest.mark.parametrize("name", ["empty", "other.json"])
+def test_nobody_is_asked_to_close_the_project_for_what_cannot_be_opened(in_folder, qtbot, folder, monkeypatch, name):
+    _save(in_folder, qtbot)
+    other = folder.with_name(name)
+    other.write_text("{}") if other.suffix else other.mkdir()
+    told = []
+    monkeypatch.setattr(in_folder.notes, "report", lambda what, error: told.append(what))
+    in_folder.documents.open_paths([other])
+    qtbot.waitUntil(lambda: told == [f"Opening {name}"])
 
 
 def test_before_anything_is_done_in_it_a_folders_project_ends_when_another_frame_is_opened(

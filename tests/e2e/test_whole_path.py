@@ -54,13 +54,13 @@ def test_edited_blocks_survive_export_replay_and_reopening(opened, qtbot, run_al
 def test_opening_a_run_twice_keeps_the_work_in_it(opened, qtbot, run_all, tmp_path):
     run_all(opened)
     export(opened, qtbot, tmp_path / "out")
-    loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
+    loaded(opened, qtbot, opened.documents.open_run, tmp_path / "out" / "run.json")
     document = opened.workspace.current
     opened.workspace.select([1, 2])
     opened.actions_["merge_blocks"].trigger()
     # by the same path, and by another to the same place
     for again in (tmp_path / "out" / "run.json", Path(os.path.relpath(tmp_path / "out" / "run.json"))):
-        opened.loader.open_run(again)
+        opened.documents.open_run(again)
         assert not opened.loader.busy
         assert opened.workspace.current is document
         assert document.unsaved
@@ -72,5 +72,5 @@ def test_a_partial_run_comes_back_as_it_was(opened, qtbot, tmp_path):
         opened.actions_["run_selected"].trigger()
     export(opened, qtbot, tmp_path / "out")
     opened.actions_["close_frame"].trigger()
-    loaded(opened, qtbot, opened.loader.open_run, tmp_path / "out" / "run.json")
+    loaded(opened, qtbot, opened.documents.open_run, tmp_path / "out" / "run.json")
     assert opened.workspace.current.selected == [2]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtWidgets import QApplication
 
 from ilf._runtime.formatting import counted, covered
 from ilf._runtime.installation import asset_path
@@ -13,11 +15,13 @@ from ilf.data.blocks import Blocks
 from ilf.data.results import Completion
 from ilf.errors import IlfError, InputError
 from ilf.io.block_files import BLOCK_FORMATS, write_blocks
+from ilf.run.record import read_record
 from ilf.run.run import Run
 from ilf.run.writing import check_not_an_input
-from ilf.sources.frame_ref import FrameRef
-from ilf.sources.listing import Listing
+from ilf.sources.frame_ref import RECORD_FILE, FrameRef
+from ilf.sources.listing import Listing, list_frames
 from ilf.sources.named_places import note_opened
+from ilf.sources.reading import read_frame
 
 from ...base.commands import command
 from ...base.needs import Need
@@ -25,7 +29,7 @@ from ...base.paths import contains_frames, sort_paths
 from ...state.document import Document
 from ...state.parts import Part
 from ...widgets.basics import open_once
-from ...widgets.file_choice import ask_path, save_folder
+from ...widgets.file_choice import ask_file, ask_path, save, write_picture
 from ...work.latest_request import LatestRequest
 from ..cloud import CloudPanel
 from ..context import Context, Feature
@@ -98,11 +102,17 @@ class DocumentsFeature(Feature):
         note_opened(*source.paths)
         several = source.depth is None and source.frame is None and contains_frames(source.rgb)
         open_ = self._project.opening.open_folder if several else self.context.loader.open
-        self._project.join(Path(source.rgb), lambda: open_(source))
+        look = partial(list_frames, source.rgb, source.options) if several else partial(read_frame, source)
+        self._project.join(Path(source.rgb), look, lambda: open_(source))
 
     def open_run(self, record: Path) -> None:
-        """Open the frame, blocks and parameters of a run.json."""
-        self._project.join(record.absolute(), lambda: self.context.loader.open_run(record))
+        """Open the run.json of a result, as its folder: the frame, blocks, parameters and result of the run."""
+        if record.name != RECORD_FILE:
+            text = f"{record} is not a run record: give the {RECORD_FILE} of an export, under this name."
+            self.notes.report(f"Opening {record.name}", InputError(text))
+            return
+        folder = FrameRef(os.path.abspath(record.parent))  # one key for all spellings of the path
+        self._project.join(record.absolute(), partial(read_record, record), lambda: self.context.loader.open(folder))
 
     def _open_dialog(self, *files: str) -> None:
         from .open_dialog import OpenDialog
@@ -139,16 +149,12 @@ class DocumentsFeature(Feature):
     @command("save_blocks", "Save b&locks…", needs=Need.BLOCKS)
     def ask_save_blocks(self) -> None:
         """Write the blocks and their names as label map (PNG), COCO or labelme file."""
-        filters = {f"{text} (*{suffix})": name for name, (text, suffix) in BLOCK_FORMATS.items()}
-        proposed = save_folder() / f"{self.workspace.current.name}-blocks.png"
-        path, chosen = QFileDialog.getSaveFileName(self._window, "Save blocks", str(proposed), ";;".join(filters))
+        kinds = {f"{text} (*{suffix})": (name, suffix) for name, (text, suffix) in BLOCK_FORMATS.items()}
+        proposed = f"{self.workspace.current.name}-blocks.png"
+        path, kind = ask_file(self._window, "Save blocks", proposed, ";;".join(kinds))
         if path:
-            format = filters.get(chosen, "png")
-            suffix = BLOCK_FORMATS[format][1]
-            known = {suffix for _, suffix in BLOCK_FORMATS.values()}
-            if Path(path).suffix.lower() not in known:
-                path += suffix
-            # a typed suffix takes precedence over the filter
+            format, suffix = kinds[kind]
+            # a typed suffix takes precedence over the kind
             self.save_blocks(path, format if Path(path).suffix.lower() == suffix else None)
 
     def save_blocks(self, path: str, format: str | None = None) -> bool:
@@ -219,14 +225,10 @@ class DocumentsFeature(Feature):
         if focused is not None:
             focused.clearFocus()
         self.context.feature(CloudPanel).view.canvas.drawing.finish()
-        saved = self.context.centre.picture().save(path, "PNG")
+        picture = self.context.centre.picture()
         if focused is not None:
             focused.setFocus()
-        if saved:
-            self.notes.show_message(f"Saved {path}")
-        else:
-            self.notes.report("Save picture", IlfError(f"{path} could not be written. Choose another folder."))
-        return saved
+        return save(self.notes, path, lambda: write_picture(path, picture))
 
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""

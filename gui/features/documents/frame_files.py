@@ -204,9 +204,10 @@ def _describe_frame(frame: RGBDFrame) -> str:
     known = frame.depth[frame.known]
     height, width = frame.shape
     encoding = "" if frame.inputs is None else encoding_of_inputs(frame.inputs).text
+    outside = f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
     first = (
         f"Median {np.median(known):.2f} m, range {known.min():.2f}–{known.max():.2f} m, {width} x {height}, "
-        f"{100 * frame.missing_share:.0f} % missing{_outside(frame)}, {encoding}."
+        f"{100 * frame.missing_share:.1f} % missing{outside}, {encoding}."
     )
     if frame.brought is not None:
         seen = 100 * frame.brought.seen.mean()
@@ -218,10 +219,6 @@ def _describe_frame(frame: RGBDFrame) -> str:
         return f"{first}\nNo intrinsics: a point cloud is not possible."
     camera = frame.intrinsics
     return f"{first}\nIntrinsics: fx {camera.fx:g}, fy {camera.fy:g}, cx {camera.cx:g}, cy {camera.cy:g} px."
-
-
-def _outside(frame: RGBDFrame) -> str:
-    return f", {100 * frame.outside_share:.0f} % outside the depth camera's view" if frame.outside_share else ""
 
 
 def _try_read(read: Callable[[], _Result]) -> _Result | None:

@@ -56,15 +56,10 @@ def _read(text: str) -> list[Origin]:
         return []
     origins: list[Origin] = []
     for entry in entries if isinstance(entries, list) else []:
-        with suppress(FormatError):
-            origins.append(_origin(entry))
+        with suppress(FormatError):  # of damaged ones
+            data = Section("list", {"entry": entry}).section("entry")
+            origins.append(Path(data.get("file", str)) if "file" in data.values else FrameRef.from_json(data))
     return origins[:MOST]
-
-
-def _origin(entry: object) -> Origin:
-    """Parse a stored origin; raises FormatError if it is damaged."""
-    data = Section("list", {"entry": entry}).section("entry")
-    return Path(data.get("file", str)) if "file" in data.values else FrameRef.from_json(data)
 
 
 class RecentMenu(QMenu):

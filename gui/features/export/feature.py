@@ -111,7 +111,7 @@ class ExportFeature(Panel):
 
     def make(self) -> QDialog:
         dialog = QDialog(self.context.window)
-        give_size(dialog, 760, 650)
+        give_size(dialog, 760, 690)
         self.scope = combo(
             {scope: scope.value for scope in Scope}, "Frames to export; of several, each gets a folder of its own"
         )

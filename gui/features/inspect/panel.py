@@ -52,7 +52,7 @@ _OF_STATISTICS = (_DEPTH & ~Part.PREVIEWS) | Part.SELECTION | Part.INFOS | Part.
 
 _NO_LINE = "Draw a profile line in a view to see the depth along it."
 _NO_SUBJECT = "Select a block, or draw a rectangle."
-_NO_MEASUREMENTS = "Select the tool Measure and click two points."
+_NO_MEASUREMENTS = "Click two points with the tool Measure."
 _MEASURED = (
     ("Distance", "Straight-line distance of the end points"),
     ("Height", "Height of the second point above the first, along the image's vertical"),

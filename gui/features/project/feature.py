@@ -184,11 +184,13 @@ class ProjectFeature(Feature):
     # what is opened later
 
     @in_steps
-    def join(self, place: Path, then: Callable[[], None]) -> Steps[None]:
-        """Open a file or folder; ask first if the project is that of another folder, and has a file."""
+    def join(self, place: Path, look: Callable[[], object], then: Callable[[], None]) -> Steps[None]:
+        """Open a file or folder; ask first if the project is that of another folder, and has a file. `look` raises what
+        is wrong with it: for nothing, nobody is asked, and no project closed."""
         if self.opening.is_foreign(place) and not self.discard_silently:
             if self._has_file() or self.present.unsaved:
-                text = f"{place.name} is not of the folder whose project is {self.present.name}."
+                yield partial(self.context.loader.read, f"Opening {place.name}", look)
+                text = f"{place.name} is not in the folder of the project {self.present.name}."
                 more, title = "A new project closes its frames first.", "Add to the project?"
                 answers = ("&Add to it", ACCEPT), (_NEW, ACCEPT)
                 answer = yield partial(ask, self.context.window, title, text, more, answers, default=1, icon=_QUESTION)

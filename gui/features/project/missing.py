@@ -59,7 +59,8 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception) -> Steps[N
 def _found(context: Context, entry: Entry, wanted: InputFile, in_folder: bool) -> Steps[str]:
     """Look for a frame's file where the user says that it is, and open the frame; others are opened with files there,
     too. Return why the place that is given does not help; "" if it does, or none is given."""
-    store, start = context.recorder.store, str(_nearest(Path(wanted.path)))
+    store = context.recorder.store
+    start = str(next((one for one in Path(wanted.path).parents if one.is_dir()), Path.home()))
     if in_folder:
         chosen = QFileDialog.getExistingDirectory(context.window, "Locate Folder of the Files", start)
     else:
@@ -88,8 +89,3 @@ def _found(context: Context, entry: Entry, wanted: InputFile, in_folder: bool) -
     context.recorder.note_project()
     context.loader.open_entry(entry)
     return ""
-
-
-def _nearest(path: Path) -> Path:
-    """Return the folder of a path, or its closest existing parent."""
-    return next((one for one in path.parents if one.is_dir()), Path.home())

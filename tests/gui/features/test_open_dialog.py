@@ -216,7 +216,7 @@ def test_what_is_doubted_is_said_and_done_by_one_click(dialog, rotated):
     assert "65535 fills 10.0% of the pixels" in dialog.message.text()
     assert dialog.accept_button.isEnabled(), "it is asked, not decided"
     dialog.apply_button.click()
-    assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10 % missing, sun,")
+    assert dialog.message.text().startswith("Median 2.50 m, range 1.50–3.50 m, 640 x 480, 10.0 % missing, sun,")
     assert dialog.message.tone() == "text", "no intrinsics"
     assert not dialog.apply_button.isVisible()
     assert (dialog.request().options.encoding, dialog.request().options.invalid) == ("sun", 65535)

@@ -378,6 +378,12 @@ def test_there_must_be_depth_to_distrust(host):
     assert host.steps == []
 
 
+def test_erasing_beside_the_selected_block_says_why_nothing_happens(host):
+    host.document.select([1])
+    hand(host, "erase").drag([(45, 10), (50, 12)])
+    assert "Block 1 is selected" in host.said[-1]
+
+
 # choosing
 
 
