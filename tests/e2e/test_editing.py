@@ -93,7 +93,7 @@ def test_readout_tells_block_and_depths(editing):
     wrong = np.zeros(document.labels.shape, bool)
     wrong[row, column] = True
     editing.workspace.current.set_invalid_mask(wrong, "Distrust depth")
-    assert "invalid " in readout(editing, (column, row))
+    assert f"invalid {document.frame.measured[row, column]:.3f} m" in readout(editing, (column, row))
     assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
     assert readout(editing, None) == ""
 
