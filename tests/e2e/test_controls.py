@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QComboBox,
     QDialog,
+    QDialogButtonBox,
     QDockWidget,
     QGraphicsView,
     QLineEdit,
@@ -22,8 +23,10 @@ from shiboken6 import isValid
 
 from gui.features.export.feature import ExportFeature
 from gui.features.project.closing import CloseDialog
+from gui.state.workspace import Entry
 from ilf.errors import IlfError
 from ilf.project.state_codec import encode
+from ilf.sources.frame_ref import FrameRef
 
 from .conftest import in_front, settle, write_frame
 
@@ -139,6 +142,11 @@ def test_each_control_of_a_dialog_is_heard(opened, tmp_path, name, least, unseen
     used, deaf = _deaf(dialog, gives)
     assert len(deaf) <= unseen, deaf
     assert used >= least
+    for box in dialog.findChildren(QDialogButtonBox):
+        for button in box.buttons():
+            if box.buttonRole(button) == QDialogButtonBox.ButtonRole.RejectRole:
+                button.click()
+                assert not dialog.isVisible()
 
 
 @pytest.mark.parametrize("kind", ["frame", "frames"])
@@ -154,6 +162,7 @@ def test_each_reading_option_is_asked_for(opened, small_frame, frame_folder, kin
 
 def test_each_control_of_a_panel_is_heard(opened, qtbot, run_all):
     run_all(opened)
+    opened.workspace.add_entries([Entry.of(FrameRef("/nowhere/other"))])
 
     def state() -> object:
         settle(opened, qtbot)
