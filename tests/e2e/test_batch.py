@@ -6,6 +6,8 @@ from PySide6.QtCore import Qt
 
 from gui.features.export.feature import ExportFeature
 from gui.features.sequence.playing import PlayFeature
+from ilf._runtime.formatting import millimetres
+from ilf.batch.frame_record import read_frame_record
 from ilf.sources.frame_ref import FrameRef
 from ilf.sources.reading import read_frame
 from tests.gui.naming import unnamed
@@ -52,7 +54,9 @@ def test_frames_of_the_list_are_completed_and_open(part, window, qtbot, tmp_path
     assert _done(part, qtbot).startswith(f"Exported to {out}: 2 written, 1 failed.\nrgb/0001: ")
     assert _rows(part) == {"rgb/0000": "written", "rgb/0001": "failed", "rgb/0002": "written"}
     (row,) = dialog.results.findItems("rgb/0000", Qt.MatchFlag.MatchExactly)
+    stated = read_frame_record(out / "rgb__0000").outcome
     assert row.text(2).startswith("Missing ")
+    assert f" {millimetres(stated.expected_error_median_m)} mm, {stated.seconds:.1f} s" in row.text(2)
     assert {path.name for path in out.iterdir()} >= {"manifest.csv", "contact-sheet.png", "rgb__0002"}
 
     first, _, last = window.workspace.entries

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from gui.features.blocks.feature import BlocksFeature
 from gui.features.blocks.table import BlockColumn
@@ -11,7 +12,7 @@ from gui.features.status import StatusFeature
 from ilf import RGBDFrame
 
 from .conftest import open_frame, readout, write_frame
-from .hand import click, drag, let_go
+from .hand import click, drag, let_go, viewport
 
 
 @pytest.fixture
@@ -93,9 +94,10 @@ def test_readout_tells_block_and_depths(editing):
     wrong = np.zeros(document.labels.shape, bool)
     wrong[row, column] = True
     editing.workspace.current.set_invalid_mask(wrong, "Distrust depth")
-    assert "invalid " in readout(editing, (column, row))
+    assert f"invalid {document.frame.measured[row, column]:.3f} m" in readout(editing, (column, row))
     assert "(locked)" in editing.feature(StatusFeature).bar.readout.text()
-    assert readout(editing, None) == ""
+    QApplication.sendEvent(viewport(editing), QEvent(QEvent.Type.Leave))
+    assert editing.feature(StatusFeature).bar.readout.text() == ""
 
 
 def test_a_frame_that_opens_in_the_middle_of_a_stroke_stays_as_it_is(editing, qtbot, tmp_path):

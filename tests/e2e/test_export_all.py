@@ -67,9 +67,10 @@ def test_frames_that_are_done_are_exported_as_they_were_left(listed, qtbot, tmp_
     assert "2 written, 1 unchanged" in _export(window, qtbot, out, Scope.ALL)
     assert sorted(path.name for path in out.iterdir()) == NAMES
     assert "3 unchanged" in _export(window, qtbot, out, Scope.ALL)
+    loaded(window, qtbot, window.actions_["mark_done"].trigger)
     window.actions_["mark_done"].trigger()
-    window.actions_["mark_done"].trigger()
-    qtbot.waitUntil(lambda: window.loader.present == "")
+    assert entries.of(workspace.current.id) is entries[2]
+    assert not window.loader.busy, "all are done"
 
 
 def test_present_results_are_exported_without_another_run(listed, qtbot, tmp_path, monkeypatch):

@@ -116,6 +116,7 @@ def test_statistics_of_block_and_rectangle_beside_each_other(opened, qtbot, run_
     window.actions_["tool_rectangle"].trigger()
     drag(window, [(35.5, 5.5), (40, 10), (50.5, 20.5)])
     assert "Pixels\t256\t256" in numbers(window, qtbot)
+    assert part.subject_name.text().endswith("x 35, y 5")
     QTest.keyClick(part.subject, Qt.Key.Key_Up)
     assert f"Pixels\t{raw.pixels:,}" in numbers(window, qtbot)
     QTest.keyClick(part.subject, Qt.Key.Key_Down)
@@ -162,8 +163,13 @@ def test_measurements_are_listed_copied_deleted_and_taken_back(opened, qtbot, ru
     part.measurements.selectRow(0)
     QTest.keyClick(part.measurements, Qt.Key.Key_Delete)
     assert len(window.workspace.current.state.looked.measurements) == 1
-    window.actions_["restore_measurements"].trigger()
-    assert len(window.workspace.current.state.looked.measurements) == 2
+    for delete in (False, True):  # the one, and all as none is selected
+        if delete:
+            part.measurements.clearSelection()
+            window.actions_["delete_measurements"].trigger()
+            assert not window.workspace.current.state.looked.measurements
+        window.actions_["restore_measurements"].trigger()
+        assert len(window.workspace.current.state.looked.measurements) == 2
 
     # with the panel closed, they follow the depth as long as their tool is selected
     window.actions_["tool_measure"].trigger()

@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QDockWidget, QLabel, QWidget
 
-from gui.features.accuracy.panel import AccuracyPanel
-from gui.features.additional_depth import AdditionalDepthPanel
-from gui.features.colour_range import ColourRange
-from gui.features.extraction import ExtractionPanel
 from gui.features.frame_list.feature import FramesFeature
-from gui.features.inspect.panel import InspectPanel
 from gui.features.panel import Panel
-from gui.features.quality import QualityPanel
-from gui.features.sharing import SharingPanel
 from gui.state.parts import Part
 from gui.state.workspace import Entry
 from gui.widgets.docks import PanelGroup
@@ -68,31 +61,6 @@ def test_a_new_panel_is_one_class(opened, qtbot):
     panel.reveal()
     opened.refresh.now()
     assert panel.drawn == [Part.SELECTION] * 2
-
-
-@pytest.mark.parametrize(
-    ("kind", "command"),
-    [
-        (AdditionalDepthPanel, "use_neighbours"),
-        (ExtractionPanel, "stage_blocks"),
-        (InspectPanel, "tool_profile"),
-        (QualityPanel, "next_check"),
-        (SharingPanel, "share_parameters"),
-    ],
-)
-def test_a_panel_is_made_when_one_of_its_commands_is_first_used(opened, kind, command):
-    assert opened.context.made(kind) is None
-    opened.actions_[command].trigger()
-    assert opened.context.made(kind) is not None
-
-
-@pytest.mark.parametrize("kind", [AccuracyPanel, QualityPanel, ColourRange])
-def test_a_panel_is_drawn_in_the_turn_in_which_it_is_first_opened(opened, kind, monkeypatch):
-    drawn: list[Part] = []
-    monkeypatch.setattr(kind, "refresh", lambda _, parts: drawn.append(parts))
-    opened.panels.reveal(kind.title)
-    opened.refresh.now()
-    assert drawn
 
 
 @pytest.mark.parametrize("title", ["Inspect", "Frames"])

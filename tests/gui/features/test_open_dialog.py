@@ -56,18 +56,6 @@ def test_two_files_beside_a_meta_are_read_as_it_says_and_that_is_said(dialog, fo
     assert dialog.message.text().endswith("Read from meta.json beside the files: name, intrinsics.")
 
 
-def test_the_camera_field_says_what_to_type(dialog, folder):
-    dialog.set_files(str(folder / "rgb.png"))
-    dialog.more.click()
-    for form in ("preset", "fx,fy,cx,cy", "FILE#NAME"):
-        assert form in dialog.camera.toolTip()
-    dialog.camera.setCurrentText("kinect-v2")
-    assert dialog.request().options.intrinsics == "kinect-v2"
-    dialog.camera.setEditText("kinect-v3")
-    dialog.read()
-    assert "Did you mean kinect-v2?" in dialog.message.text()
-
-
 def test_a_file_of_two_cameras_is_a_question_and_an_implausible_camera_a_warning(dialog, folder):
     camera = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5}
     (folder / "rig.json").write_text(

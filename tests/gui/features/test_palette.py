@@ -35,6 +35,7 @@ def test_letters_find_what_they_begin_or_stand_in(query, best):
 def test_letters_that_are_left_over_or_in_another_order_do_not_fit():
     assert match("runx", "Run all blocks") is None
     assert match("nur", "Run") is None
+    assert match("fit", "Fit frame") > match("fit", "Fit frame to the window"), "the shorter text first"
 
 
 @pytest.fixture

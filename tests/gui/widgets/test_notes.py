@@ -2,7 +2,7 @@
 
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF
-from PySide6.QtGui import QEnterEvent, QHelpEvent
+from PySide6.QtGui import QAction, QEnterEvent, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from gui.widgets.basics import Message
@@ -48,6 +48,16 @@ def test_what_is_cut_is_a_tool_tip(window, notes, monkeypatch, text, is_cut):
     label = notes.toast.label
     QApplication.sendEvent(label, QHelpEvent(QEvent.Type.ToolTip, QPoint(3, 3), label.mapToGlobal(QPoint(3, 3))))
     assert said == [text if is_cut else ""]
+
+
+def test_one_takes_the_place_of_another_and_an_offer_goes_as_it_is_taken_elsewhere(window, notes):
+    undo = QAction("Undo", window)
+    notes.show_message("Saved")
+    notes.offer("Deleted", undo)
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    assert [toast.message for toast in window.findChildren(Toast)] == ["Deleted"]
+    undo.trigger()
+    assert notes.message == ""
 
 
 def _over(toast: Toast, kind: type[QEvent] = QEvent) -> QEvent:

@@ -1,5 +1,6 @@
 """The command line: what it writes, that replays are exact, and that errors are one line."""
 
+import argparse
 import errno
 import io
 import json
@@ -8,6 +9,8 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import cv2
@@ -287,6 +290,22 @@ def test_every_command_has_a_help_and_those_that_extract_list_all_parameters(com
     flags = [f"--blocks-{name.replace('_', '-')}" for name in ilf.BlockParameters.declarations()]
     extracts = command in {"complete", "batch", "evaluate", "report", "blocks"}
     assert [flag in text for flag in flags] == [extracts] * len(flags)
+
+
+def test_a_default_that_the_help_states_is_the_one_that_holds():
+    def of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+        for action in parser._actions:
+            yield action
+            if isinstance(action, argparse._SubParsersAction):
+                yield from chain.from_iterable(map(of, action.choices.values()))
+
+    stated = [
+        (action.dest, float(match[1]), {action.default, action.const})
+        for action in of(build_parser())
+        if (match := re.search(r"\(default: (\d[\d.]*)\b", action.help or ""))
+    ]
+    assert len(stated) > 10
+    assert [one for one in stated if one[1] not in one[2] and one[2] != {None}] == [], "None: worked out later"
 
 
 def test_the_help_has_what_can_be_given_and_what_is_used_otherwise(cli):
