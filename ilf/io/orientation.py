@@ -16,8 +16,11 @@ from .images import AS_STORED, Tags, turned
 
 _EXCHANGED = 1, 5
 
-_COMPARED = 320
+_COMPARED = 160
 """Length of the longer side [px] at which edges are compared."""
+
+_JUMP = 0.1
+"""Minimum jump of depth between neighbours there, relative to depth."""
 
 _SURE, _BETTER = 0.15, 0.08
 """Minimum correlation of the edges of colour and depth, and minimum lead over the other way, to decide by them."""
@@ -86,19 +89,38 @@ def _decided(named: str, tags: Tags, is_applied: bool, reason: str) -> tuple[Tag
     return tags if is_applied else AS_STORED, f"{named}, and is read {way}: {reason}.", False
 
 
+_WAYS = {2: "mirrored", 3: "turned by 180 degrees", 4: "upside down"}
+_WAYS_OF_SQUARES = {5: "with rows and columns exchanged", 6: "turned by 90 degrees", 8: "turned by 90 degrees"}
+_LEAST_SIDE, _CLEARLY_BETTER = 100, 0.12
+"""Minimum length of the sides [px], since smaller images have few edges, and minimum lead over images as stored."""
+
+
+def turning_doubt(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> str:
+    """A doubt whether one of two images of the same size is mirrored or upside down, by their edges; "" for none."""
+    if min(metres.shape) < _LEAST_SIDE:
+        return ""
+    ways = _WAYS if metres.shape[0] != metres.shape[1] else _WAYS | _WAYS_OF_SQUARES
+    best, tag = max((_coincidence(colour, turned(metres, tag)), tag) for tag in ways)
+    if best < max(_SURE, _coincidence(colour, metres) + _CLEARLY_BETTER):
+        return ""
+    told = f"Edges of colour and depth coincide better if one of them is {ways[tag]}"
+    return f"{told}. If it is, save its file the right way."
+
+
 def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:
-    """Correlation of the edges of colour and inverse depth, -1 to 1; 0 if there are none."""
+    """Correlation of the edges of colour and the jumps of depth, -1 to 1; 0 if there are none."""
     step = -(-max(metres.shape) // _COMPARED)
-    inverse = np.nan_to_num(1 / metres[::step, ::step]).astype(np.float32)
-    grey = cv2.resize(
-        cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY), inverse.shape[::-1], interpolation=cv2.INTER_AREA
-    ).astype(np.float32)
-    edges = np.sqrt(_slope(grey)), np.minimum(4 * _slope(inverse), 1)
-    one, other = (cv2.GaussianBlur(values, (0, 0), 2).ravel() for values in edges)
+    depth = np.log(metres[::step, ::step])
+    steps = [np.abs(np.diff(depth, axis=axis, append=np.nan)) > _JUMP for axis in (0, 1)]
+    jumps = np.any(steps, axis=0).astype(np.float32)
+    grey = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    grey = cv2.resize(grey, jumps.shape[::-1], interpolation=cv2.INTER_AREA)
+    edges = cv2.magnitude(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
+    one, other = np.log1p(_blurred(edges)).ravel(), _blurred(jumps).ravel()
     if np.ptp(one) == 0 or np.ptp(other) == 0:
         return 0.0
     return float(np.corrcoef(one, other)[0, 1])
 
 
-def _slope(values: NDArray[np.float32]) -> NDArray[Any]:
-    return np.asarray(cv2.magnitude(cv2.Sobel(values, cv2.CV_32F, 1, 0), cv2.Sobel(values, cv2.CV_32F, 0, 1)))
+def _blurred(values: Any) -> NDArray[Any]:
+    return np.asarray(cv2.GaussianBlur(values, (0, 0), 1))

@@ -18,7 +18,7 @@ from ..io.depth import interpret_depth, read_depth
 from ..io.depth_doubts import DepthReading, is_named_distance
 from ..io.encodings import ray_encoding
 from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, read_mask, scaled_colour, turned
-from ..io.orientation import pair_orientation
+from ..io.orientation import pair_orientation, turning_doubt
 from .frame_folder import FrameFiles, camera_pose
 from .frame_ref import COLOUR_VIEW, DEPTH_VIEW, FrameRef, ReadingOptions
 from .naming import META_NAME, recorded_frame_name
@@ -168,6 +168,8 @@ def read_files(
     if any(tag != 1 for tag, _ in claims):
         tags, turning, is_doubt = pair_orientation(rgb_file, colour, depth_file, metres, claims)
         colour, metres = turned(colour, tags[0]), turned(metres, tags[1])
+    if not turning and colour.shape[:2] == metres.shape:
+        turning, is_doubt = turning_doubt(colour, metres), True
     shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)
     if not is_same and chosen.depth_intrinsics is None:
         is_exchanged = shape == metres.shape[::-1]

@@ -81,12 +81,26 @@ def test_files_with_the_same_tag_stay_as_stored(tag, tmp_path):
 
 @pytest.mark.filterwarnings("ignore::ilf.DepthWarning")
 @pytest.mark.parametrize("tag", [2, 3, 4])
-def test_a_tag_that_does_not_apply_is_left_out_and_said(tag, tmp_path):
+@pytest.mark.parametrize("is_room", [False, True])
+def test_a_tag_that_does_not_apply_is_left_out_and_said(tag, is_room, tmp_path):
     colour, depth = scene()
+    if is_room:  # a wall with a pattern above a plain floor
+        colour[:56] += np.random.default_rng(0).integers(0, 7, (56, 128, 1), np.uint8)
+        depth[56:] = np.minimum(depth[56:], np.linspace(3000, 900, 40)[:, None])
     frame = ilf.load_frame(save(tmp_path / "rgb.png", colour, tag), save(tmp_path / "depth.png", depth, 1))
     assert np.array_equal(frame.rgb, colour)
     assert any("as stored" in note for note in frame.notes)
     assert not frame.plausibility_warnings
+
+
+@pytest.mark.parametrize(("tag", "said"), [(2, "mirrored"), (3, "180"), (4, "upside down"), (6, "90 degrees")])
+def test_depth_that_is_turned_without_a_tag_is_doubted(tag, said, tmp_path):
+    colour, depth = scene(128, 128)
+    rgb = save(tmp_path / "rgb.png", colour, 1)
+    assert not ilf.load_frame(rgb, save(tmp_path / "right.png", depth, 1)).notes
+    np.save(tmp_path / "depth.npy", STORED[tag](depth))
+    with pytest.warns(ilf.DepthWarning, match=said):
+        assert ilf.load_frame(rgb, tmp_path / "depth.npy").plausibility_warnings
 
 
 def test_a_tag_that_nothing_decides_is_doubted(tmp_path):
