@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import NamedTuple
 
-from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QObject, QPoint, QSettings, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPalette
 from PySide6.QtWidgets import QApplication, QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -17,7 +17,7 @@ from .basics import PlainLabel, Themed, flat_button, lay_out
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
-_GEOMETRY_KEY = "window/geometry"
+_GEOMETRY_KEY, _PLACE_KEY = "window/geometry", "window/place"
 _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
@@ -233,9 +233,12 @@ class Docks(QObject):
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default size; both are limited to the screen."""
+        window, place = self._window, QSettings().value(_PLACE_KEY)
         geometry = QSettings().value(_GEOMETRY_KEY) if self.persistent else None
-        if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
-            self._window.resize(DEFAULT_SIZE.boundedTo(self._window.screen().availableSize() - _FRAME))
+        if not isinstance(geometry, QByteArray) or not window.restoreGeometry(geometry):
+            window.resize(DEFAULT_SIZE.boundedTo(window.screen().availableSize() - _FRAME))
+        elif isinstance(place, QPoint) and (window.pos() - place).manhattanLength() < _FRAME.height():
+            window.move(place)  # at the top, Qt leaves room for a title bar of the height that it expects
 
     def arrange(self) -> None:
         """Apply the layout that was requested before the window was shown. Works only once."""
@@ -260,6 +263,7 @@ class Docks(QObject):
                 dock.hide()
         if self.persistent:
             QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
+            QSettings().setValue(_PLACE_KEY, self._window.pos())
 
     def _members(self, group: PanelGroup) -> list[QDockWidget]:
         return [panel.dock for panel in self._panels.values() if panel.group is group]
