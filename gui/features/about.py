@@ -54,7 +54,7 @@ class WindowFeature(Feature):
     def _show_about(self) -> None:
         open_once(AboutDialog(self.context.window))
 
-    @command("full_screen", "F&ull screen", icon="ph.corners-out", keys="F11", checkable=True)
+    @command("full_screen", "Full screen", icon="ph.corners-out", keys="F11", checkable=True)
     def _show_full_screen(self, on: bool) -> None:
         """Show the window in full screen."""
         window = self.context.window

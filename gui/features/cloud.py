@@ -100,7 +100,7 @@ class CloudPanel(Panel):
         there = not self.visible or self.workspace.shown is None
         return "" if there or self.workspace.current.completion() is not None else "Not available now."
 
-    @command("cloud_raw", "3D: ra&w depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
+    @command("cloud_raw", "3D: raw depth", icon="ph.eye", checkable=True, held="X", why_off=_why_no_raw)
     def _show_raw(self, on: bool) -> None:
         """Show the point cloud before completion; holding X in the 3D view does the same."""
         self.redraw()

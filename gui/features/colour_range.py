@@ -244,7 +244,7 @@ class ColourRange(Panel):
 
     @command(
         "fit_range",
-        "Colour range from &selection or view",
+        "Colour range from selection or view",
         icon="ph.arrows-out-line-vertical",
         keys="Ctrl+Alt+G",
         needs=Need.FRAME,

@@ -210,7 +210,7 @@ class FilterPanel(Panel):
             return ""
         return "Select a block with parameters of its own first, then other blocks."
 
-    @command("copy_own", "Copy own para&meters", icon="ph.copy", needs=Need.SELECTION, why_off=_why_no_copy)
+    @command("copy_own", "Copy own parameters", icon="ph.copy", needs=Need.SELECTION, why_off=_why_no_copy)
     def copy_own(self) -> None:
         """Copy the own parameters of the first selected block to the other selected blocks."""
         first, *others = self.workspace.current.selected

@@ -335,7 +335,7 @@ class LayoutsFeature(Feature):
         self.store.changed[self.present] = self._arrangement()
         self.store.write()
 
-    @command("save_layout", "&Save layout as…", icon="ph.floppy-disk")
+    @command("save_layout", "Sa&ve layout as…", icon="ph.floppy-disk")
     def _ask_save(self) -> None:
         """Save the views, their contents and the panels under a name, with a shortcut."""
         present = self.store.layouts[self.present]

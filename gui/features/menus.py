@@ -147,9 +147,9 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
     views.data.stage_actions = [actions[f"stage_{name}"] for name in STAGES]
     for action, text in zip(views.data.stage_actions, STAGES.values(), strict=True):
         action.setIconText(text)
-    panels = actions.menu("Pa&nels", bar)
+    panels = actions.menu("&Panels", bar)
     panels.addActions(list(toggles))
-    compare = actions.menu("Co&mpare two depths", bar, "compare_two swipe blink | swap_sides")
+    compare = actions.menu("Comp&are two depths", bar, "compare_two swipe blink | swap_sides")
     for side in (0, 1):
         compare.addMenu(SidesMenu(views, side, compare))
     below = {
@@ -157,9 +157,9 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
         "compare": compare,
         "view_set": _layout_menu(views, bar),
         "play_live": actions.menu("Play li&ve", bar, "play_recording play_folder play_camera"),
-        "play": actions.menu("&Play the frames", bar, PLAY_MENU),
+        "play": actions.menu("Play the frames", bar, PLAY_MENU),
         "propagation": actions.menu("Pr&opagation method", bar, "propagate_auto propagate_copied propagate_flow"),
-        "stage": actions.menu("&Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
+        "stage": actions.menu("Stage of the extraction", bar, " ".join(f"stage_{name}" for name in STAGES)),
         "depth_colours": _depth_map_menu(views, bar),
         "theme": _theme_menu(bar),
     }
@@ -170,7 +170,7 @@ def fill_menu_bar(bar: QMenuBar, actions: Actions, views: LinkedViews, toggles: 
 
 
 def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
-    menu = QMenu("&View set", parent)
+    menu = QMenu("View set", parent)
     actions = add_choices(menu, LAYOUT_TEXTS, views.sheet.layout_name, views.sheet.set_layout)
     menu.insertSeparator(actions[next(iter(CELLS))])
     views.sheet.layoutChanged.connect(lambda name: actions[name].setChecked(True))
@@ -179,7 +179,7 @@ def _layout_menu(views: LinkedViews, parent: QWidget) -> QMenu:
 
 def _depth_map_menu(views: LinkedViews, parent: QWidget) -> QMenu:
     """The colour maps of depth; the choice is remembered."""
-    menu = QMenu("Depth &colours", parent)
+    menu = QMenu("Depth colours", parent)
 
     def choose(name: str) -> None:
         views.ranges.set_depth_map(name)

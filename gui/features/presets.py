@@ -39,7 +39,7 @@ class SavePresetDialog(QDialog):
 
     def __init__(self, proposed: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Save Preset")
+        self.setWindowTitle("Save preset")
         self.name = QLineEdit(proposed)
         self.name.setToolTip("Name of the preset in the list of presets and for --preset")
         self.name.selectAll()

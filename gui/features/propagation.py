@@ -71,7 +71,7 @@ class PropagateDialog(QDialog):
 
     def __init__(self, frame_name: str, names: Sequence[str], how: str, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Propagate Blocks of {frame_name}")
+        self.setWindowTitle(f"Propagate blocks of {frame_name}")
         self._names = names
         about = Message(lines=3)
         about.show_message(

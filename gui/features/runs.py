@@ -72,7 +72,7 @@ class RunsFeature(Feature):
         self.context.runs.current.start()
 
     @command(
-        "run_selected", "Run selecte&d blocks", icon="ph.play-circle", keys="Shift+F5", needs=Need.SELECTION | Need.IDLE
+        "run_selected", "Run selec&ted blocks", icon="ph.play-circle", keys="Shift+F5", needs=Need.SELECTION | Need.IDLE
     )
     def _run_selected(self) -> None:
         """Complete the selected blocks only."""
@@ -121,7 +121,7 @@ class RunsFeature(Feature):
         are marked as extrapolated."""
         self.context.runs.current.extrapolate()
 
-    @command("clear_results", "C&lear results", icon="ph.backspace", needs=Need.RESULTS)
+    @command("clear_results", "Clear results", icon="ph.backspace", needs=Need.RESULTS)
     def _clear_results(self) -> None:
         """Delete the completed depth of this frame."""
         self.context.runs.current.clear_results()

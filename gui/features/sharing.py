@@ -52,7 +52,7 @@ class SharingPanel(Panel):
 
     @command(
         "keep_own_parameters",
-        "Use parameters for this frame o&nly",
+        "Use parameters for th&is frame only",
         icon="ph.push-pin",
         needs=Need.FRAME,
         why_off=lambda self: self._why_not(Sharing.ALL, "This frame has its own parameters already."),
@@ -105,7 +105,7 @@ class SharingPanel(Panel):
 
     @command(
         "reset_to_shared",
-        "Reset to s&hared parameters",
+        "Reset to shared parameters",
         icon="ph.arrow-u-up-left",
         needs=Need.FRAME,
         why_off=lambda self: self._why_not(Sharing.ALONE, "This frame uses the shared parameters already."),
@@ -121,7 +121,7 @@ class SharingPanel(Panel):
     def _why_separate(self) -> str:
         return self._why_not(self.present, "")
 
-    @command("separate_parameters", "Separa&te parameters for each frame", needs=Need.FRAME, why_off=_why_separate)
+    @command("separate_parameters", "Separate parameters for each frame", needs=Need.FRAME, why_off=_why_separate)
     def _separate(self) -> None:
         """Set filter parameters for each frame separately; all frames keep their current parameters."""
         self.workspace.parameters.separate()

@@ -144,12 +144,12 @@ class ViewsFeature(Feature):
         """Restore the default content of every view."""
         self.views.reset_contents()
 
-    @command("swap_sides", "Swap A and &B", icon="ph.swap", needs=Need.FRAME)
+    @command("swap_sides", "&Swap A and B", icon="ph.swap", needs=Need.FRAME)
     def _swap_sides(self) -> None:
         """Swap the two sides of the comparison."""
         self.views.sides.choose(*reversed(self.views.data.sides))
 
-    @command("blink", "Show side &A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
+    @command("blink", "S&how side A", icon="ph.eye", checkable=True, held="V", needs=Need.FRAME)
     def _show_side_a(self, on: bool) -> None:
         """Show side A instead of the result in all views; also while V is held."""
         self.views.sides.show_a_as_result(on)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import Enum
 
-from PySide6.QtCore import QByteArray, QObject, QSettings, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QObject, QPoint, QSettings, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QDockWidget, QHBoxLayout, QMainWindow, QTabBar, QTabWidget, QWidget
 
@@ -16,7 +16,7 @@ from .basics import PlainLabel, flat_button, lay_out
 DEFAULT_SIZE = QSize(1440, 900)
 _FRAME = QSize(0, 40)
 """Space for the window frame of the system."""
-_GEOMETRY_KEY = "window/geometry"
+_GEOMETRY_KEY, _PLACE_KEY = "window/geometry", "window/place"
 _VERSION = 3
 """Version of the stored layout; layouts of other versions are ignored."""
 _COLUMN = 0.26, 270, 380
@@ -215,9 +215,11 @@ class Docks(QObject):
 
     def size_window(self) -> None:
         """Restore the window's last size and place, or use the default size; both are limited to the screen."""
-        geometry = QSettings().value(_GEOMETRY_KEY)
-        if not isinstance(geometry, QByteArray) or not self._window.restoreGeometry(geometry):
-            self._window.resize(DEFAULT_SIZE.boundedTo(self._window.screen().availableSize() - _FRAME))
+        window, geometry, place = self._window, QSettings().value(_GEOMETRY_KEY), QSettings().value(_PLACE_KEY)
+        if not isinstance(geometry, QByteArray) or not window.restoreGeometry(geometry):
+            window.resize(DEFAULT_SIZE.boundedTo(window.screen().availableSize() - _FRAME))
+        elif isinstance(place, QPoint) and (window.pos() - place).manhattanLength() < _FRAME.height():
+            window.move(place)  # at the top, Qt leaves room for a title bar of the height that it expects
 
     def arrange(self) -> None:
         """Apply the layout that was requested before the window was shown. Works only once."""
@@ -241,6 +243,7 @@ class Docks(QObject):
             if dock.isFloating():
                 dock.hide()
         QSettings().setValue(_GEOMETRY_KEY, self._window.saveGeometry())
+        QSettings().setValue(_PLACE_KEY, self._window.pos())
 
     def _show_titles_soon(self) -> None:
         if self._in_use:  # closing the window hides its panels

@@ -119,6 +119,18 @@ def test_the_command_turns_between_images_and_cloud_also_if_they_are_side_by_sid
     assert not opened.actions_["cloud_beside"].isChecked()
 
 
+def test_neither_a_picture_nor_a_measurement_makes_the_cloud_which_has_its_lines_once_it_is_shown(opened, tmp_path):
+    opened.actions_["tool_measure"].trigger()
+    line = (50.5, 5.5), (10.5, 44.5)
+    opened.workspace.current.set_measurements([line])
+    opened.refresh.now()
+    assert opened.documents.save_picture(str(tmp_path / "views.png"))
+    assert opened.context.made(CloudPanel) is None
+    opened.centre.show_cloud()
+    opened.refresh.now()
+    assert list(opened.feature(CloudPanel).view.canvas._lines) == [line]
+
+
 def test_distances_are_measured_between_points_of_the_cloud(opened, qtbot):
     canvas = opened.feature(CloudPanel).view.canvas
     opened.centre.show_cloud()

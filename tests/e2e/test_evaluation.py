@@ -2,6 +2,7 @@
 
 import gc
 from dataclasses import replace
+from threading import Event
 from weakref import ref
 
 import cv2
@@ -350,14 +351,16 @@ def test_own_presets_stand_beside_the_others(opened, qtbot, tmp_path, monkeypatc
     assert "none.json" in reported[0]
 
 
-def test_a_hold_out_test_ends_with_its_frame(opened, qtbot):
-    panel, workspace = opened.feature(AccuracyPanel), opened.workspace
-    workspace.parameters.set(ilf.preset("released-code", max_iterations=100_000))
+def test_a_hold_out_test_ends_with_its_frame(opened, qtbot, monkeypatch):
+    panel, goes_on = opened.feature(AccuracyPanel), Event()
+    monkeypatch.setattr("gui.features.accuracy.panel.outcome_steps", lambda *_: goes_on.wait(5))
     opened.actions_["hold_out_test"].trigger()
     opened.findChild(HoldOutDialog).accept()
     assert panel.busy
     assert [work.what for work in panel.pending_work()] == ["a hold-out test of two-planes"]
     opened.actions_["close_frame"].trigger()
-    settle(opened, qtbot)
-    assert panel.pending_work() == []
+    opened.refresh.now()
+    assert panel.pending_work() == [], "though it tells no progress"
     assert "Open a frame" in panel.source.text()
+    goes_on.set()
+    settle(opened, qtbot)

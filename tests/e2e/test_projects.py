@@ -442,6 +442,12 @@ def test_an_export_is_no_saving_opening_no_work_and_a_sweep_is_named(opened, qtb
     assert dialog.discard_button.text() == "&Stop"
     dialog.reject()
     assert shown.busy
+
+    opened.close()
+    question = opened.project.question
+    shown.requests.cancel()
+    qtbot.waitUntil(lambda: question.also.text() == "It has ended.")
+    question.reject()
     opened.project.discard_silently = True
 
 

@@ -72,7 +72,7 @@ def _part(window) -> AutosaveFeature:
 def _asked(window, qtbot, about: str = "") -> QMessageBox:
     """The question about unsaved work, of which frames by a part of their names are named."""
     box = asked(window, qtbot, about)
-    assert box.windowTitle() == "Restore Unsaved Work"
+    assert box.windowTitle() == "Restore unsaved work"
     return box
 
 

@@ -3,7 +3,7 @@
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QMenu, QPushButton
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
@@ -67,13 +67,12 @@ def test_a_command_is_found_given_and_has_another_key_without_the_mouse(opened, 
     assert opened.workspace.current.key == str(frame_folder)
 
 
-def test_each_menu_opens_by_a_key_of_its_own_and_so_do_its_commands_where_letters_suffice(opened):
-    bar = opened.menuBar().actions()
-    menus = {action.menu().title().replace("&", ""): action.menu().actions() for action in bar}
-    for actions in (bar, *(menus[title] for title in ("File", "Edit", "Blocks", "Inspect", "Review", "Help"))):
-        keys = [key for action in actions if (key := QKeySequence.mnemonic(action.text()).toString())]
-        assert len(set(keys)) == len(keys)
-    assert all(QKeySequence.mnemonic(action.text()).toString() for action in bar)
+def test_each_menu_opens_by_a_letter_and_no_letter_is_for_two_commands_of_a_menu(opened):
+    bar, of_a_block = opened.menuBar(), opened.feature(BlocksFeature).menu_at(5, 5)
+    assert all(QKeySequence.mnemonic(action.text()).toString() for action in bar.actions())
+    for menu in (bar, of_a_block, *opened.findChildren(QMenu)):
+        letters = [letter for one in menu.actions() if (letter := QKeySequence.mnemonic(one.text()).toString())]
+        assert len(set(letters)) == len(letters), letters
 
 
 def test_the_keys_of_a_sweep_of_one_parameter_are_each_for_one_thing(opened):

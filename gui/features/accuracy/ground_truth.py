@@ -40,7 +40,7 @@ class GroundTruthDialog(PreviewDialog):
 
     def __init__(self, frame: RGBDFrame, questions: LatestRequest, parent: QWidget | None = None) -> None:
         placeholder = "True depth: PNG, TIFF, PGM or NPY"
-        title = f"Load Ground Truth for {frame.name}"
+        title = f"Load ground truth for {frame.name}"
         super().__init__(title, placeholder, ("", "Ground truth"), "Load", questions, parent)
         self._frame = frame
         self.path.setToolTip("The file with the true depth")

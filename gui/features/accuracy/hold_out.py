@@ -171,7 +171,7 @@ class HoldOutDialog(QDialog):
 
     def __init__(self, frame_name: str, candidates: Sequence[tuple[Candidate, bool]], parent: QWidget) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"Hold-out Test of {frame_name}")
+        self.setWindowTitle(f"Hold-out test of {frame_name}")
         about = Message(lines=2)
         about.show_message(
             "Hides some known depth, completes the blocks without it, and compares the result with it. All ticked "

@@ -84,7 +84,7 @@ class AccuracyPanel(Panel):
         self._evaluations = LatestRequest(self, partial(context.notes.report, "Evaluation against ground truth"))
         self._reader = LatestRequest(self)
         self._expected: ExpectedErrors = WeakKeyDictionary()
-        self.requests.progressed.connect(self._cancel_closed)
+        self.workspace.on(Part.LIST, self._cancel_closed)
         self.requests.ended.connect(self.redraw)
 
     def make(self) -> QWidget:

@@ -248,7 +248,7 @@ class BlocksFeature(Panel):
         self.context.refresh.now()
         self.table.rename()
 
-    @command("shuffle_colours", "&Shuffle colours", icon="ph.shuffle", needs=Need.BLOCKS)
+    @command("shuffle_colours", "Shuffle colours", icon="ph.shuffle", needs=Need.BLOCKS)
     def shuffle_colours(self) -> None:
         """Assign other colours to the blocks, as one undo step."""
         document = self.workspace.current

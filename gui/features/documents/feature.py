@@ -224,7 +224,7 @@ class DocumentsFeature(Feature):
         self.views.navigation.point_at(None)
         if focused is not None:
             focused.clearFocus()
-        self.context.feature(CloudPanel).view.canvas.drawing.finish()
+        self._finish_cloud()
         picture = self.context.centre.picture()
         if focused is not None:
             focused.setFocus()
@@ -233,8 +233,12 @@ class DocumentsFeature(Feature):
     def picture(self) -> QPixmap:
         """Return a screenshot of the window."""
         self.context.refresh.now()
-        self.context.feature(CloudPanel).view.canvas.drawing.finish()
+        self._finish_cloud()
         return self._window.grab()
+
+    def _finish_cloud(self) -> None:
+        if (cloud := self.context.made(CloudPanel)) is not None:
+            cloud.view.canvas.drawing.finish()
 
     # runs opened from a record
 

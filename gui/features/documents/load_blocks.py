@@ -66,7 +66,7 @@ class LoadBlocksDialog(PreviewDialog):
         parent: QWidget | None = None,
     ) -> None:
         placeholder = "Label map, labelme or COCO file, or folder of masks"
-        super().__init__(f"Load Blocks for {frame.name}", placeholder, ("Blocks", ""), "Load", questions, parent)
+        super().__init__(f"Load blocks for {frame.name}", placeholder, ("Blocks", ""), "Load", questions, parent)
         self._frame = frame
         self._filling = filling
         self.fill_gaps = QCheckBox("&Fill gaps by extraction")

@@ -110,12 +110,12 @@ class FramesFeature(Panel):
             self._find_place()
         return super().eventFilter(watched, event)
 
-    @command("next_frame", "&Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
+    @command("next_frame", "Next frame", icon="ph.caret-down", keys="Ctrl+PgDown", needs=Need.OTHERS)
     def _next(self) -> None:
         """Show the next frame in the order of the list."""
         self.turn(1)
 
-    @command("previous_frame", "&Previous frame", icon="ph.caret-up", keys="Ctrl+PgUp", needs=Need.OTHERS)
+    @command("previous_frame", "Previous frame", icon="ph.caret-up", keys="Ctrl+PgUp", needs=Need.OTHERS)
     def _previous(self) -> None:
         """Show the previous frame in the order of the list."""
         self.turn(-1)
@@ -202,7 +202,7 @@ class FramesFeature(Panel):
 
     # commands on frames
 
-    @command("note_frame", "N&ote on the frame", icon="ph.note-pencil", needs=Need.LISTED)
+    @command("note_frame", "Note on the frame", icon="ph.note-pencil", needs=Need.LISTED)
     def write_note(self) -> None:
         """Write a note on the current frame."""
         self._show_list()

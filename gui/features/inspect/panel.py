@@ -75,7 +75,8 @@ class InspectPanel(Panel):
         self._marks = [Marks(cell.view) for cell in context.views.cells.values()]
         super().__init__(context)
         shown = Part.FRAME | Part.REGION | Part.MARKS
-        context.refresh.add("inspect marks", self._show_marks, shown, also=(context.editor.tool_changed,))
+        also = context.editor.tool_changed, context.centre.turned
+        context.refresh.add("inspect marks", self._show_marks, shown, also=also)
 
     def make(self) -> QWidget:
         self.pages = QTabWidget(documentMode=True)
@@ -169,7 +170,8 @@ class InspectPanel(Panel):
         line = looked.line if self.visible or tool == "profile" else None
         for marks in self._marks:
             marks.show(line, self._place, looked.region, lines, texts)
-        self.context.feature(CloudPanel).view.canvas.set_lines(lines, texts)
+        if (cloud := self.context.made(CloudPanel)) is not None:
+            cloud.view.canvas.set_lines(lines, texts)
         self.context.refresh.defer("inspect marks", _DEPTH if lines else NO_PART)  # distances follow the depth
 
     @command("remove_marks", "Remo&ve line and rectangle", icon="ph.x", needs=Need.FRAME)

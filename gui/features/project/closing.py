@@ -22,6 +22,8 @@ from ...work.frame_runs import RunController
 from ...work.steps import Steps, in_steps
 
 _ID = Qt.ItemDataRole.UserRole
+_LOOK_MS = 300
+"""How often it is looked whether work has ended meanwhile [ms]."""
 
 
 class CloseDialog(QDialog):
@@ -35,8 +37,8 @@ class CloseDialog(QDialog):
     rows : mapping of str to (str, str)
         Id of a frame with unsaved work -> its name, and a description of the work, such as "3 edits, 1 run"; "" -> the
         settings for all frames, which cannot be left out. May be empty.
-    others : sequence of str
-        Other work that would be lost, as sentences.
+    others : callable
+        Returns other work that would be lost, as sentences. It may end while the dialog is open.
     runs : RunController
     save : callable
         Returns the steps that save only the work on frames of some ids, and return whether it was saved.
@@ -47,7 +49,7 @@ class CloseDialog(QDialog):
         self,
         what: str,
         rows: Mapping[str, tuple[str, str]],
-        others: Sequence[str],
+        others: Callable[[], Sequence[str]],
         runs: RunController,
         save: Callable[[frozenset[str]], Steps[bool]],
         parent: QWidget,
@@ -84,10 +86,12 @@ class CloseDialog(QDialog):
         self.discard_button.clicked.connect(self.accept)
         buttons.rejected.connect(self.reject)
 
-        self.also.show_message("\n".join(others), "warning")
+        self._others = others
+        self._tell_others()
+        QTimer(self, interval=_LOOK_MS, timeout=self._tell_others).start()
         parts = about, self.frames, self.wait, self.also, self.progress
         stack(self, *parts, buttons, stretched=self.frames if rows else None)
-        for part, is_shown in zip(parts, (True, rows, self._running(rows), others, False), strict=True):
+        for part, is_shown in zip(parts, (True, rows, self._running(rows), self.also.text(), False), strict=True):
             part.setVisible(bool(is_shown))
         self._fill()
         (self.save_button if rows else buttons.button(QDialogButtonBox.StandardButton.Cancel)).setDefault(True)
@@ -107,6 +111,14 @@ class CloseDialog(QDialog):
         self.progress.show_message(text)
         for widget in (self.frames, self.wait, self.save_button, self.discard_button):
             widget.setEnabled(False)
+
+    def _tell_others(self) -> None:
+        """Say what other work would be lost now, or that there is nothing left to stop."""
+        text = "\n".join(self._others())
+        if not (text or self._rows):
+            text = "It has ended."
+            self.discard_button.setText("&Go on")
+        self.also.show_message(text, "warning")
 
     def ask(self, take: Callable[[bool], object]) -> None:
         """Open the dialog, and call a function with whether to go on."""

@@ -159,12 +159,15 @@ class ProjectFeature(Feature):
         rows = {entry.id: (entry.name, work) for entry in entries if (work := self._work_on(entry))}
         if only is None and (words := self.present.words()):
             rows[""] = "The project itself", words
-        others = [
-            f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and what it has not finished is lost."
-            for way in self.context.pending_work()
-            if (only is None if way.about is None else way.about in documents)
-        ]
-        if not (rows or others):
+
+        def others() -> list[str]:
+            return [
+                f"{way.what[:1].upper()}{way.what[1:]} is in progress: it is stopped, and what is unfinished is lost."
+                for way in self.context.pending_work()
+                if (only is None if way.about is None else way.about in documents)
+            ]
+
+        if not (rows or others()):
             return True
         if self.question is not None:
             self.question.raise_()

@@ -37,7 +37,7 @@ def ask_how_to_open(context: Context, entry: Entry, error: Exception) -> Steps[N
     remedies: list[str] = []
     title, source, missing = f"Open {entry.name}", source_of(entry), isinstance(error, MissingSource)
     if missing:
-        title = f"Missing Files of {context.recorder.present.name or entry.name}"
+        title = f"Missing files of {context.recorder.present.name or entry.name}"
         answers += [(_FOLDER, ACCEPT), (_FILE, ACCEPT)]
         remedies.append(_LOCATE)
     if source is not None and (isinstance(error, UnreadableFrame) or getattr(error, "found", None) is not None):
@@ -62,7 +62,7 @@ def _found(context: Context, entry: Entry, wanted: InputFile, in_folder: bool) -
     store = context.recorder.store
     start = str(next((one for one in Path(wanted.path).parents if one.is_dir()), Path.home()))
     if in_folder:
-        chosen = QFileDialog.getExistingDirectory(context.window, "Locate Folder of the Files", start)
+        chosen = QFileDialog.getExistingDirectory(context.window, "Locate folder of the files", start)
     else:
         chosen = QFileDialog.getOpenFileName(context.window, f"Locate {Path(wanted.path).name}", start)[0]
     if not chosen:

@@ -38,7 +38,7 @@ def ask_what_to_do(context: Context, left: RecoverableWork) -> Steps[None]:
     name, answer = _name_of(left), _RESTORE
     answers = [(_RESTORE, ACCEPT)] * (not left.problem) + [(_DISCARD, DESTROY)]
     details = "\n".join((_ABOUT, *([left.problem] if left.problem else _details(left))))
-    window, title = context.window, "Restore Unsaved Work"
+    window, title = context.window, "Restore unsaved work"
     while answer:
         answer = yield partial(ask, window, title, f"Unsaved work: {name}", details, answers, cancel="Decide &later")
         if answer == _RESTORE:

@@ -170,7 +170,7 @@ class RunsPanel(Panel):
             text = f"{what} compared with the current result: hold V to show it."
             self.notes.offer(text, self.context.actions["compare_two"])
 
-    @command("restore_run", "Restore &parameters", icon="ph.arrow-u-up-left", needs=Need.RUNS, why_off=_why_not_one)
+    @command("restore_run", "Restore parameters", icon="ph.arrow-u-up-left", needs=Need.RUNS, why_off=_why_not_one)
     def restore(self) -> None:
         """Set the parameters of the selected run, common and per-block ones; results stay as they are."""
         (stored,) = self.selected()
@@ -183,7 +183,7 @@ class RunsPanel(Panel):
 
     @command(
         "accept_run",
-        "&Accept as the result",
+        "Accept as the res&ult",
         icon="ph.check-circle",
         keys="Ctrl+Shift+A",
         needs=Need.RUNS,
@@ -207,7 +207,7 @@ class RunsPanel(Panel):
         if chosen := self.selected():
             self.workspace.current.delete_runs(chosen)
 
-    @command("clear_runs", "Clear ru&ns", icon="ph.backspace", needs=Need.RUNS)
+    @command("clear_runs", "Clear runs", icon="ph.backspace", needs=Need.RUNS)
     def clear(self) -> None:
         """Delete all runs of the frame."""
         document = self.workspace.current

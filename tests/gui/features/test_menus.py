@@ -24,7 +24,7 @@ def _entry(window: MainWindow, menu: str, text: str) -> QAction:
 
 
 def test_the_menu_marks_the_depth_colours_however_they_were_chosen(window):
-    entries = {name: _entry(window, "Depth &colours", name.capitalize()) for name in ("turbo", "viridis", "grey")}
+    entries = {name: _entry(window, "Depth colours", name.capitalize()) for name in ("turbo", "viridis", "grey")}
     for name in ("viridis", "turbo"):
         window.views.ranges.set_depth_map(name)
         assert [other for other, entry in entries.items() if entry.isChecked()] == [name]

@@ -25,7 +25,9 @@ def test_damaged_settings_do_not_keep_the_window_from_opening(qtbot):
 
 
 @pytest.mark.parametrize(
-    ("place", "fits"), [(QRect(5, 45, 790, 720), True), (QRect(300, 45, 2000, 1500), False)], ids=["fits", "too large"]
+    ("place", "fits"),
+    [(QRect(5, 45, 790, 720), True), (QRect(5, 3, 790, 720), True), (QRect(300, 45, 2000, 1500), False)],
+    ids=["fits", "at the top", "too large"],
 )
 def test_the_window_opens_where_it_was_as_far_as_there_is_room(shown, place, fits):
     first = shown(MainWindow())
@@ -33,7 +35,7 @@ def test_the_window_opens_where_it_was_as_far_as_there_is_room(shown, place, fit
     first.close()
     again = shown(MainWindow())
     assert again.screen().availableGeometry().contains(again.geometry())
-    assert (again.size() == place.size()) is fits
+    assert (again.geometry() == place) is fits
 
 
 def test_the_panels_let_the_window_become_small(window, qtbot):

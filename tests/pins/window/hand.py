@@ -626,14 +626,14 @@ def _is_empty(value: object) -> bool:
 DIALOGS = {
     "AboutDialog": "About ILF Studio",
     "CloseDialog": "Save the work?",
-    "GroundTruthDialog": "Load Ground Truth for room",
+    "GroundTruthDialog": "Load ground truth for room",
     "GuideNetworksDialog": "Guide by network",
-    "HoldOutDialog": "Hold-out Test of room",
-    "LoadBlocksDialog": "Load Blocks for room",
+    "HoldOutDialog": "Hold-out test of room",
+    "LoadBlocksDialog": "Load blocks for room",
     "OpenDialog": "Open",
     "ProblemBox": "Open",
-    "PropagateDialog": "Propagate Blocks of",
-    "SavePresetDialog": "Save Preset",
+    "PropagateDialog": "Propagate blocks of",
+    "SavePresetDialog": "Save preset",
     "ShortcutsDialog": "Keyboard shortcuts",
 }
 """Class of each dialog that has one -> how its title begins in the sessions."""

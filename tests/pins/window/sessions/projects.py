@@ -58,7 +58,7 @@ def locate_missing_files(user: Hand) -> None:
     (user.folder / "elsewhere").mkdir()
     shutil.move(user.folder / "room", user.folder / "elsewhere" / "kitchen")
     user.drop(path)
-    dialog = user.dialog("Missing Files of")
+    dialog = user.dialog("Missing files of")
     with user.answering(user.folder / "elsewhere" / "kitchen"):
         user.press("Locate folder", dialog)
     user.settle()
@@ -88,23 +88,23 @@ def killed_after_edits(user: Hand) -> None:
     user.keep("killed", _killed(user.folder, "edits"))
     left = shutil.copytree(user.folder / "autosave", user.folder / "left")
     user.restart(autosaves=True)
-    user.press("Discard", user.dialog("Restore Unsaved Work"))
+    user.press("Discard", user.dialog("Restore unsaved work"))
     user.press("Discard", user.dialog("Discard"))
     user.keep("discarded", [path.name for path in left.iterdir() if (user.folder / "autosave" / path.name).exists()])
     user.restart()
     shutil.copytree(left, user.folder / "autosave", dirs_exist_ok=True)
     user.restart(autosaves=True)
-    user.press("Restore", user.dialog("Restore Unsaved Work"))
+    user.press("Restore", user.dialog("Restore unsaved work"))
 
 
 def killed_after_a_run_of_a_project(user: Hand) -> None:
     """Killed after a run beyond the saved project; decided later, then the results are restored with it."""
     user.keep("killed", _killed(user.folder, "run"))
     user.restart(autosaves=True)
-    user.press("Decide later", user.dialog("Restore Unsaved Work"))
+    user.press("Decide later", user.dialog("Restore unsaved work"))
     user.keep("later", user.title())
     user.restart(autosaves=True)
-    user.press("Restore", user.dialog("Restore Unsaved Work"))
+    user.press("Restore", user.dialog("Restore unsaved work"))
 
 
 def open_with_options(user: Hand) -> None:

@@ -38,7 +38,7 @@ def presets_of_the_user(user: Hand) -> None:
     """Saved with the extraction's parameters, renamed, written, deleted and read again."""
     user.set_filter("paper", 25)
     named = {"Name": "Kitchen", "Include the parameters of the tab Extraction": True}
-    user.use_dialog("Save Preset", "save_preset", named, "Save")
+    user.use_dialog("Save preset", "save_preset", named, "Save")
     with user.answering("Hall"):
         user.do("rename_preset")
     with user.answering(user.folder / "hall.json"):
@@ -156,14 +156,14 @@ def errors_against_ground_truth(user: Hand) -> None:
     user.do("remove_ground_truth")
     user.keep_project("none")
     truth = {"The file with the true depth": true_depth(user.folder)}
-    user.use_dialog("Load Ground Truth for room", "load_ground_truth", truth, "Load")
+    user.use_dialog("Load ground truth for room", "load_ground_truth", truth, "Load")
     user.keep("errors again", user.rows("Errors against ground truth", accuracy))
 
 
 def errors_on_hidden_depth(user: Hand) -> None:
     """A hold-out test of the current parameters and of a preset."""
     user.set_filter("paper", 20)
-    user.use_dialog("Hold-out Test of room", "hold_out_test", {"Seeds": 2}, "Test")
+    user.use_dialog("Hold-out test of room", "hold_out_test", {"Seeds": 2}, "Test")
     accuracy = user.panel("Accuracy")
     user.keep("errors", user.rows("Hold-out errors", accuracy))
 
@@ -243,4 +243,4 @@ def save_and_load_blocks(user: Hand) -> None:
             user.keep(name, user.folder / name)
     user.do("select_all")
     user.do("merge_blocks")
-    user.use_dialog("Load Blocks for room", "load_blocks", {"Blocks": user.folder / "blocks.png"}, "Load")
+    user.use_dialog("Load blocks for room", "load_blocks", {"Blocks": user.folder / "blocks.png"}, "Load")

@@ -43,7 +43,7 @@ def propagate_blocks(user: Hand) -> None:
     user.do("propagate_flow")
     user.do("propagate_auto")
     through = {"Frames": 2, "Method": "Optical flow"}
-    user.use_dialog("Propagate Blocks of", "propagate_through", through, "Propagate")
+    user.use_dialog("Propagate blocks of", "propagate_through", through, "Propagate")
     user.do("next_frame")
     user.do("propagate_previous")
 
