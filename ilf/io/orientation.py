@@ -113,7 +113,7 @@ def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> floa
     depth = np.log(metres[::step, ::step])
     steps = [np.abs(np.diff(depth, axis=axis, append=np.nan)) > _JUMP for axis in (0, 1)]
     jumps = np.any(steps, axis=0).astype(np.float32)
-    grey = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY).astype(np.float32)
     grey = cv2.resize(grey, jumps.shape[::-1], interpolation=cv2.INTER_AREA)
     edges = cv2.magnitude(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
     one, other = np.log1p(_blurred(edges)).ravel(), _blurred(jumps).ravel()

@@ -88,7 +88,9 @@ class CloseDialog(QDialog):
 
         self._others = others
         self._tell_others()
-        QTimer(self, interval=_LOOK_MS, timeout=self._tell_others).start()
+        look = QTimer(self)
+        look.timeout.connect(self._tell_others)
+        look.start(_LOOK_MS)
         parts = about, self.frames, self.wait, self.also, self.progress
         stack(self, *parts, buttons, stretched=self.frames if rows else None)
         for part, is_shown in zip(parts, (True, rows, self._running(rows), self.also.text(), False), strict=True):
