@@ -69,7 +69,11 @@ USUAL_MEDIAN_DEPTH = (0.3, 6.0)
 COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
 """File units per metre in common use, the most common first."""
 
-_CENTIMETRES = 100.0
+_USUAL_NEAREST = (0.15, 3.1)
+"""Range of the depth [m] that 99 % of the pixels of nearly all frames exceed."""
+
+_LARGE_UNITS = (256.0, 100.0)
+"""File units per metre as of KITTI, and centimetres."""
 
 
 @dataclass(frozen=True)
@@ -609,22 +613,23 @@ def scale_warning(depth: NDArray[np.floating], units: float) -> str:
     str
         "" if the scale is plausible.
     """
-    median = float(np.nanmedian(depth))
-    low, high = USUAL_MEDIAN_DEPTH
-    if low <= median <= high:
+    nearest, median = map(float, np.nanquantile(depth, (0.01, 0.5)))
+    (low, high), is_far = USUAL_MEDIAN_DEPTH, nearest > _USUAL_NEAREST[1]
+    what = f"Depth from {nearest:.2f} m on, with a median of {median:.2f} m,"
+    if not low <= median <= high:
+        what, is_far = f"A median depth of {median:.2f} m", median > high
+    elif not is_far and nearest >= _USUAL_NEAREST[0]:
         return ""
-    others = (*COMMON_DEPTH_UNITS, *(() if median > high else (_CENTIMETRES,)))
-    fitting = [other for other in others if low <= median * units / other <= high]
+    others = (*COMMON_DEPTH_UNITS, *(() if is_far else _LARGE_UNITS))
+    likelier = [other for other in others if (other > units if is_far else other < units)]
+    fitting = [other for other in likelier if low <= median * units / other <= high]
     if not fitting:
         return ""
-    if units == 1 and median > high:  # floats, which Unreal has in centimetres
-        fitting = [fitting[0], *([_CENTIMETRES] if low <= median / _CENTIMETRES <= high else [])]
+    if units == 1:  # floats, which Unreal has in centimetres
+        fitting = [fitting[0], *([_LARGE_UNITS[1]] if low <= median / _LARGE_UNITS[1] <= high else [])]
     (first, depth), *more = ((other, median * units / other) for other in fitting)
     told = "".join(f", with {other:g} {length:.2f} m" for other, length in more)
-    return (
-        f"A median depth of {median:.2f} m is unusual for a depth camera; with {first:g} units per metre "
-        f"it would be {depth:.2f} m{told}."
-    )
+    return f"{what} is unusual for a depth camera; with {first:g} units per metre it would be {depth:.2f} m{told}."
 
 
 def checked_colour(rgb: ArrayLike) -> NDArray[np.uint8]:

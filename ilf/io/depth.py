@@ -163,7 +163,7 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
-_SCALES: dict[str, Callable[[FileContent, str | None], dict[str, float]]] = {
+_SCALES: dict[str, Callable[[FileContent, str | None], dict[str, tuple[float, ...]]]] = {
     ".npz": lambda file, _dataset: npz_scales(file),
     **dict.fromkeys(HDF5_SUFFIXES, hdf5_scales),
 }

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,7 @@ class DepthReading:
     is_relative : bool
         Whether it is a photo that says that its depth is not absolute.
     scales : dict
-        Scales of depth that the file states inside, by name; they are not applied.
+        What `named_scales` gives of the file; it is not applied.
     """
 
     values: NDArray[Any]
@@ -114,7 +115,7 @@ class DepthReading:
     left_out: str
     path: Path
     is_relative: bool = False
-    scales: Mapping[str, float] = field(default_factory=dict)
+    scales: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @cached_property
     def median(self) -> float:
@@ -197,6 +198,9 @@ _STREET_MEDIAN, _STREET_FAR, _LIDAR_FAR = 5.0, 30.0, 20.0
 _LIDAR_SHARE = 0.35
 """Maximum share of known pixels in depth of KITTI's lidar."""
 
+_SPARSE_SHARE = 0.1
+"""Maximum share of known pixels in files for depth completion."""
+
 _TASKONOMY_NAME = re.compile(r"_domain_depth(_zbuffer)?\.png")
 """Depth of Taskonomy and 2D-3D-S, in 512 units per metre (github.com/alexsax/2D-3D-Semantics)."""
 
@@ -211,6 +215,9 @@ _MIN_PIXELS_OF_VALUE, _FEWEST_GAPS = 20, 20
 
 _DISPARITY_STEPS = 270.0, 700.0
 """[1/m]; steps of depth are depth squared divided by this: 345 for a Kinect v1, about 600 for a RealSense D400."""
+
+_FINEST_STEPS, _COMMON_STEPS = 1670.0, ((335.0, 360.0), (560.0, 650.0))
+"""Likewise: more than nearly all stereo cameras have, and those of the two."""
 
 _TUM_UNITS, _TUM_NEAREST = 5000.0, 0.35
 """Units of the TUM benchmark, and the depth [m] that 99 % of the depth of its cameras exceed: nearer is most likely in
@@ -285,11 +292,11 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
 def _stated_scale(read: DepthReading) -> PlausibilityWarning | None:
     """Whether the file states a scale by which its depth would be another one, as likely."""
     low, high = MEDIAN_DEPTH_RANGE
-    for name, scale in read.scales.items():
-        medians = {units: read.median * read.encoding.units / units for units in (scale, 1 / scale, 1000 / scale)}
+    for stated, all_units in read.scales.items():
+        medians = {units: read.median * read.encoding.units / units for units in all_units}
         likely = {f"{units:.6g}": far for units, far in medians.items() if low <= far <= high}
         if likely and f"{read.encoding.units:.6g}" not in likely:
-            told = f"The file states {name} {scale:.6g}, which is not applied: the median is {read.median:.2f} m"
+            told = f"The file states {stated}, which is not applied: the median is {read.median:.2f} m"
             others = " or ".join(f"{units} ({far:.2f} m)" for units, far in likely.items())
             return PlausibilityWarning(f"{told}. Give {others} as depth encoding, or the right one.", is_scale=True)
     return None
@@ -315,6 +322,10 @@ def _scale(read: DepthReading) -> PlausibilityWarning | None:
     likelier = (found for find in (_data_set, _sensor_steps, _too_near_for_tum) if (found := find(read)))
     if doubt := next(filter(None, (_likelier(read, *found) for found in likelier)), None):
         return doubt
+    if not unusual and units == 1000 and _is_sparse(read):
+        share = f"Only {np.isfinite(metres).mean():.1%} of the pixels have depth, as in files of VOID or KITTI"
+        unusual = f"{share}: its median may be {read.median * units / 256:.2f} m, not {read.median:.2f} m. "
+        unusual += "Give the depth encoding by name (mm, kitti)."
     if not unusual and units == 1000 and read.is_wide:
         wide = f"The image is {values.shape[1] / values.shape[0]:.1f} times as wide as high, as no depth camera's"
         medians = f"its median may be {10 * read.median:.2f} m, in centimetres, not {read.median:.2f} m"
@@ -322,6 +333,13 @@ def _scale(read: DepthReading) -> PlausibilityWarning | None:
     if unusual and values.dtype == np.uint16 and (halves := _median_of_halves(values)):
         unusual += f" If the values are bits of half-precision floats (as of CO3D), float16 gives {halves:.2f} m."
     return PlausibilityWarning(unusual, is_scale=True) if unusual else None
+
+
+def _is_sparse(read: DepthReading) -> bool:
+    """Whether few pixels of integers are known, and most of them alone, as of features or of a lidar."""
+    known = np.isfinite(read.metres)
+    is_scattered = np.count_nonzero(known[:, 1:] & known[:, :-1]) < 0.5 * np.count_nonzero(known)
+    return bool(read.values.dtype == np.uint16 and known.mean() < _SPARSE_SHARE and is_scattered)
 
 
 def _median_of_halves(values: NDArray[np.uint16]) -> float | None:
@@ -362,11 +380,14 @@ def _sensor_steps(read: DepthReading) -> tuple[str, str] | None:
     if np.count_nonzero(is_gap) < max(_FEWEST_GAPS, 0.2 * gaps.size):
         return None
     low, steps, high = np.quantile(levels[1:][is_gap] ** 2 / gaps[is_gap] / units, (0.2, 0.5, 0.8))
-    if high > 1.6 * low or steps >= _DISPARITY_STEPS[0]:
+    is_fine = steps > _FINEST_STEPS
+    kind, usual = ("fine", _COMMON_STEPS) if is_fine else ("coarse", (_DISPARITY_STEPS,))
+    if high > (1.25 if is_fine else 1.6) * low or _DISPARITY_STEPS[0] <= steps <= _FINEST_STEPS:
         return None
-    for name, other in ENCODINGS.items():
-        if other.name is None and _DISPARITY_STEPS[0] <= steps * units / other.units <= _DISPARITY_STEPS[1]:
-            return name, "Depth has steps that are too coarse for a depth camera at this distance"
+    plain = [(name, other.units) for name, other in ENCODINGS.items() if other.name is None]
+    for (least, most), (name, other) in product(usual, plain):
+        if least <= steps * units / other <= most:
+            return name, f"Depth has steps that are too {kind} for a depth camera at this distance"
     return None
 
 
@@ -389,6 +410,9 @@ _MIN_MARKER_DEPTH = 4.0
 _MARKER_RATIO = 1.1
 """Minimum ratio of an invalid marker to nearly all other depth."""
 
+_NEAR_MARKER_RATIO = 5.0
+"""Minimum ratio of nearly all other depth to an invalid marker that is nearer."""
+
 _NOISE = 0.0025
 """Maximum share of pixels farther than an invalid marker."""
 
@@ -401,7 +425,26 @@ def marker_doubt(values: NDArray[Any], metres: NDArray[np.float32]) -> Plausibil
         return None
     noise = min(int(_NOISE * metres.size) + 1, known.size)
     farthest = dict.fromkeys(map(float, (known.max(), np.partition(known, -noise)[-noise])))
-    return next((doubt for far in farthest if (doubt := _marker_warning(far, values, metres))), None)
+    warnings = (_marker_warning(far, values, metres) for far in farthest)
+    return next(filter(None, warnings), None) or _near_marker(values, metres)
+
+
+def _near_marker(values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
+    """Likewise, for the smallest value, as of depth that was raised to a positive minimum."""
+    is_mark = metres == np.nanmin(metres)
+    others, share = metres[np.isfinite(metres) & ~is_mark], float(is_mark.mean())
+    if share < _LEAST_SHARE or np.unique(others[:: others.size // 1000 + 1]).size < _FEWEST_VALUES:
+        return None
+    near, least = float(metres[is_mark][0]), float(np.quantile(others, _NOISE))
+    if least < _NEAR_MARKER_RATIO * near:
+        return None
+    return _marker(values[is_mark][0], share, near, f"nearly all other depth is at least {least:.3g} m")
+
+
+def _marker(mark: Any, share: float, depth: float, others: str) -> PlausibilityWarning:
+    fills = f"{mark:.9g} fills {share:.1%} of the pixels and would be {depth:.3g} m, while {others}"
+    told = f"{fills}: it most likely marks missing depth. Give {mark:.9g} as the invalid value, or 0 if it is depth."
+    return PlausibilityWarning(told, invalid=float(mark), invalid_depth=depth)
 
 
 def _marker_warning(far: float, values: NDArray[Any], metres: NDArray[np.float32]) -> PlausibilityWarning | None:
@@ -415,11 +458,7 @@ def _marker_warning(far: float, values: NDArray[Any], metres: NDArray[np.float32
     if not (far >= (1.5 if is_full else 5.0) * most or _fills_holes(far, mark, is_mark, others)):
         return None
     all_else = "nearly all other depth" if (metres > far).any() else "all other depth"
-    fills = (
-        f"{mark:.9g} fills {share:.1%} of the pixels and would be {far:.3g} m, while {all_else} is at most {most:.3g} m"
-    )
-    told = f"{fills}: it most likely marks missing depth. Give {mark:.9g} as the invalid value, or 0 if it is depth."
-    return PlausibilityWarning(told, invalid=float(mark), invalid_depth=far)
+    return _marker(mark, share, far, f"{all_else} is at most {most:.3g} m")
 
 
 def _fills_holes(far: float, mark: Any, is_mark: NDArray[np.bool_], others: NDArray[np.float32]) -> bool:
@@ -604,8 +643,11 @@ def are_8_bits(values: NDArray[Any]) -> bool:
 _DISTANCE = re.compile(
     r"(?:^|[^a-z])(distances?|ranges?|euclidean|radial|rays?|raydepth|raylength|depth_?perspective)(?:[^a-z]|$)"
 )
-_ALICEVISION = re.compile(r"\d+_depthmap(_filtered)?")
-"""Depth maps of AliceVision and Meshroom, which measure along the rays: MultiViewParams::backproject."""
+_NAMES_BY_MAKERS = {
+    ".exr": re.compile(r"\d+_depthmap(_filtered)?"),
+    ".hdf5": re.compile(r"frame\.\d+\.depth_meters"),
+}
+"""Suffix -> names of depth along the rays: AliceVision and Meshroom (MultiViewParams::backproject), and Hypersim."""
 
 _RECORDINGS = "", ".bag", ".mcap", ".db3", ".mkv", ".r3d"
 _NAMES_OF_RAYS = "distance_to_camera", "depthperspective", "depth_perspective"
@@ -623,8 +665,8 @@ def _along_rays(path: Path) -> PlausibilityWarning | None:
         return None
     file, folder = path.stem.lower(), path.parent.name.lower()
     for name in (file, folder):
-        is_alicevision = path.suffix.lower() == ".exr" and _ALICEVISION.fullmatch(name)
-        found = _DISTANCE.search(name) or is_alicevision
+        of_maker = _NAMES_BY_MAKERS.get(path.suffix.lower())
+        found = _DISTANCE.search(name) or (of_maker and of_maker.fullmatch(name))
         if found and not _NO_DISTANCE.search(name) and (name != folder or _is_only(name)):
             told = f"The name {name} says that values are distances along the rays of the camera, not depth"
             remedy = "Give ray:UNITS,FX,FY,CX,CY with the camera's intrinsics, or m or mm if they are depth."

@@ -56,15 +56,31 @@ _NPZ_ERRORS = zipfile.BadZipFile, EOFError, OSError, RuntimeError, ValueError, z
 _SCALE_NAME = re.compile(r"(depth_?)?(map_|image_)?(unit_)?(scale|scaling|(scale_?)?factor|units?)", re.IGNORECASE)
 
 
-def named_scales(items: Iterable[tuple[str, Any]]) -> dict[str, float]:
-    """The positive numbers of a file, (name, value), that are named as a scale of its depth."""
-    numbers = ((name, np.asarray(value)) for name, value in items if _SCALE_NAME.fullmatch(name))
-    scales = {name: float(number.item()) for name, number in numbers if number.size == 1 and number.dtype.kind in "iuf"}
-    return {name: scale for name, scale in scales.items() if 0 < scale < math.inf}
+_UNITS = {"mm": 1e3, "millimet": 1e3, "cm": 1e2, "centimet": 1e2, "m": 1.0, "met": 1.0, "0.1mm": 1e4, "100um": 1e4}
+"""Units of length in lower case, without spaces and the endings of English -> units per metre."""
+
+_ENDING = re.compile(r"\s+|(er|re)s?$")
 
 
-def npz_scales(file: FileContent) -> dict[str, float]:
-    """The scales of depth that an NPZ file states beside it, by name, which `read_npz` does not apply."""
+def named_scales(items: Iterable[tuple[str, Any]]) -> dict[str, tuple[float, ...]]:
+    """The positive numbers, and units of length, of a file, (name, value), that are named as a scale of its depth: name
+    with value -> the units per metre that it may mean."""
+    found: dict[str, tuple[float, ...]] = {}
+    for name, value in items:
+        one = np.asarray(value)
+        if not _SCALE_NAME.fullmatch(name) or one.size != 1:
+            continue
+        stated = one.item()
+        if one.dtype.kind in "iuf" and 0 < stated < math.inf:
+            found[f"{name} {stated:.6g}"] = stated, 1 / stated, 1000 / stated
+        text = stated.decode("utf-8", "replace") if isinstance(stated, bytes) else str(stated)
+        if (units := _UNITS.get(_ENDING.sub("", text.lower()))) is not None:
+            found[f"{name} {text}"] = (units,)
+    return found
+
+
+def npz_scales(file: FileContent) -> dict[str, tuple[float, ...]]:
+    """What `named_scales` gives of an NPZ file, which `read_npz` does not apply."""
     told = f"{file}: this NPZ cannot be read ({{error}}). Save it again."
     with told_as(FormatError, told, _NPZ_ERRORS), zipfile.ZipFile(io.BytesIO(file.data.tobytes())) as archive:
         small = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist() if entry.file_size < 1000}

@@ -185,22 +185,22 @@ def _depth_of(opened: Any, file: FileContent, name: str | None) -> Any:
     return found
 
 
-def hdf5_scales(file: FileContent, name: str | None = None) -> dict[str, float]:
-    """The scales of depth that an HDF5 file states, by name, which `read_hdf5` does not apply: attributes of the
-    dataset, its group and the file, and single numbers in its group. Raises as `read_hdf5` does."""
+def hdf5_scales(file: FileContent, name: str | None = None) -> dict[str, tuple[float, ...]]:
+    """What `named_scales` gives of an HDF5 file, which `read_hdf5` does not apply: of attributes of the dataset, its
+    group and the file, and single values in its group. Raises as `read_hdf5` does."""
     from .._runtime.children import run_in_child
 
     return run_in_child(_scales, file, name, file=str(file), memory=CHILD_MEMORY)
 
 
-def _scales(file: FileContent, name: str | None) -> dict[str, float]:
+def _scales(file: FileContent, name: str | None) -> dict[str, tuple[float, ...]]:
     with open_hdf5(BytesIO(file.data.tobytes()), str(file), "Reading depth from HDF5") as opened:
         found = _depth_of(opened, file, name)
         import h5py
 
         hard = (key for key in found.parent if isinstance(found.parent.get(key, getlink=True), h5py.HardLink))
         beside = ((key, found.parent[key]) for key in hard)
-        numbers = [(key, item[()]) for key, item in beside if isinstance(item, h5py.Dataset) and item.shape == ()]
+        numbers = [(key, item[()]) for key, item in beside if isinstance(item, h5py.Dataset) and item.size == 1]
         stated = (pair for owner in (opened, found.parent, found) for pair in owner.attrs.items())
         return named_scales([*numbers, *stated])
 

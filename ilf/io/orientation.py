@@ -116,11 +116,8 @@ def _coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> floa
     grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY).astype(np.float32)
     grey = cv2.resize(grey, jumps.shape[::-1], interpolation=cv2.INTER_AREA)
     edges = cv2.magnitude(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
-    one, other = np.log1p(_blurred(edges)).ravel(), _blurred(jumps).ravel()
+    blurred, other = (np.asarray(cv2.GaussianBlur(values, (0, 0), 1)).ravel() for values in (edges, jumps))
+    one = np.log1p(blurred)
     if np.ptp(one) == 0 or np.ptp(other) == 0:
         return 0.0
     return float(np.corrcoef(one, other)[0, 1])
-
-
-def _blurred(values: Any) -> NDArray[Any]:
-    return np.asarray(cv2.GaussianBlur(values, (0, 0), 1))

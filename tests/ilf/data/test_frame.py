@@ -80,10 +80,15 @@ def test_what_are_no_intrinsics_is_refused_at_once(given, message):
         (365.2, 1, "with 1000 units per metre it would be 0.37 m, with 100 3.65 m."),
         (12.0, 1000, "with 5000 units per metre it would be 2.40 m"),
         (0.2, 10_000, "with 1000 units"),
+        (5.5, 1000, ""),
+        ([7.0, 3.7], 1000, "with 5000 units per metre it would be 0.91 m"),
+        (0.4, 1000, ""),
+        ([0.2, 0.6], 1000, "with 256 units per metre it would be 1.95 m, with 100 5.00 m."),
+        ([7.0, 3.7], 1, ""),
     ],
 )
 def test_unusual_scales_are_doubted_with_the_likely_one(metres, units, meant):
-    text = scale_warning(np.full((3, 3), metres, np.float32), units)
+    text = scale_warning(np.linspace(*np.multiply([0.5, 1.5], metres), 99, dtype=np.float32), units)
     assert meant in text
     assert bool(text) == bool(meant)
 

@@ -383,7 +383,8 @@ def test_replica_is_offered_for_replica(tmp_path):
     assert _sign_of(tmp_path / "results", far, "depth000000.png") == ["replica"]
     assert _sign_of(tmp_path / "Replica/office0/results", far) == ["replica"]
     assert _sign_of(tmp_path / "size", np.repeat(np.linspace(40_000, 6000, 680)[:, None], 1200, 1)) == ["replica"]
-    assert _sign_of(tmp_path / "any", far) == [None], "of which 5000 units per metre are as likely"
+    assert _sign_of(tmp_path / "any", far) == ["replica"], "by the steps of a Kinect"
+    assert _sign_of(tmp_path / "slope", np.repeat(np.linspace(40_000, 6000, H)[:, None], W, 1)) == [None]
     assert _sign_of(tmp_path / "results", _of_kinect(), "depth000001.png") == [], "millimetres by that name"
 
 
@@ -391,13 +392,13 @@ def test_replica_is_offered_for_replica(tmp_path):
     "values",
     [
         MM,
-        MM // 8 * 8 + 1,  # another step of eight
+        np.where(KNOWN, MM // 8 * 8 + 1, 0),  # another step of eight
         MM // 16 * 16,
         np.where(KNOWN, 2000, 0),
         np.where(np.arange(W) < W // 2, 1000, 4000) + np.zeros((H, 1), int),
         np.where(KNOWN, np.minimum(MM, 2500), 0),  # all that is farther is cut off
         np.where(KNOWN, MM, 8000),  # a wall, as far as one sees
-        MM // 10 * 5 * 5,
+        MM // 25 * 25,
     ],
     ids=["plain", "odd", "sixteen", "level", "two walls", "cut off", "wall", "coarse"],
 )

@@ -180,6 +180,11 @@ def test_a_name_that_says_disparity_is_doubted(tmp_path, name, is_doubted):
         ("npz", np.uint16(10_000), 0.1, True),  # in mm, as of BOP
         ("attribute", np.uint16(5000), 5000.0, True),
         ("number", np.uint16(4000), 0.25, True),
+        ("number", np.uint16(10_000), np.array([0.0001]), True),
+        ("npz", np.uint16(10_000), "0.1 mm", True),
+        ("attribute", np.uint16(100), b"centimetres", True),
+        ("attribute", np.uint16(1000), "Millimeter", False),
+        ("attribute", np.uint16(10_000), "steps", False),
         ("npz", np.uint16(1000), 0.001, False),
         ("attribute", np.uint16(1000), 1.0, False),
         ("number", np.float32(1), 0.001, False),  # of the sensor: depth is in metres already
@@ -197,6 +202,31 @@ def test_a_scale_inside_the_file_that_would_change_depth_is_doubted(kind, values
     read = read_depth(read_file(path))
     assert any("depth_scale" in text for text in read.warnings) == is_doubted
     assert not any("depth_scale" in text for text in read_depth(read_file(path), given=2000.0).warnings)
+
+
+def test_few_scattered_pixels_may_be_of_a_lidar(tmp_path):
+    metres = np.nan_to_num(depth(), posinf=0)
+    kept = np.random.default_rng(2).random(SHAPE) < 0.02
+    paths = files(tmp_path, np.where(kept, 256 * metres, 0).astype(np.uint16), "depth.png")
+    assert "(mm, kitti)" in told(paths)
+    assert not told(paths, encoding="kitti")
+    assert not told(files(tmp_path / "dense", (1000 * metres).astype(np.uint16), "depth.png"))
+
+
+@pytest.mark.parametrize(("least", "is_mark"), [(0.1, True), (1.8, False)])
+def test_a_value_far_below_all_other_depth_marks_what_is_missing(least, is_mark, tmp_path):
+    values = np.where(np.isfinite(depth()), depth(), least).astype(np.float32)
+    paths = files(tmp_path, values)
+    assert ("invalid value" in told(paths)) == is_mark
+    assert not told(paths, invalid=least if is_mark else None)
+
+
+def test_hypersim_is_along_rays_by_its_name(tmp_path):
+    rgb, _ = files(tmp_path, np.ones(SHAPE, np.float32), "unused.npy")
+    for name, is_along_rays in (("frame.0003.depth_meters.hdf5", True), ("frame_3.hdf5", False)):
+        with h5py.File(tmp_path / name, "w") as file:
+            file["dataset"] = np.nan_to_num(depth(), posinf=0).astype(np.float32)
+        assert ("ray:UNITS" in told((rgb, tmp_path / name))) == is_along_rays
 
 
 def test_a_scale_inside_the_file_comes_before_guesses(tmp_path):
