@@ -182,7 +182,7 @@ def test_each_control_of_a_panel_is_heard(opened, qtbot, run_all):
 @pytest.mark.parametrize("rows", [{}, {"a1": ("frame", "blocks")}])
 def test_enter_in_the_question_before_closing_loses_nothing(opened, rows):
     lost = []
-    dialog = CloseDialog("closing", rows, ["A run goes on."], opened.runs, lambda _: iter(()), opened)
+    dialog = CloseDialog("closing", rows, lambda: ["A run goes on."], opened.runs, lambda _: iter(()), opened)
     dialog.discard_button.clicked.connect(lost.append)
     dialog.show()
     QTest.keyClick(dialog, Qt.Key.Key_Return)

@@ -188,7 +188,6 @@ def test_over_time_the_nearest_in_time_is_read(panel):
     assert marks(panel.l1_plot)[0][0] == pytest.approx(0.085)
     panel.sigma_plot.hovered.emit(0.122)
     assert panel.readout.text.startswith("Table   i 12   0.12 s   σ 171 mm")
-    assert not CurvesPanel()._by_time, "this one remembers nothing"
     panel.set_by_time(False)
     assert drawn(panel.sigma_plot)[0][-1] == 40
     assert [axis.labelText for axis in axes] == by_iterations

@@ -202,7 +202,7 @@ def test_what_is_not_there_is_said(tmp_path):
     assert "truth [mm]" not in page.text  # none of them has one
     assert page.values["href"] == ["#frame-1", "#frame-2", "#frame-3", *["#frames"] * 3]
     short = Run(bare, np.ones((40, 60), np.int32), ilf.preset("paper", max_iterations=2))
-    alone(Page(report([Subject(short, short.complete())])))  # far from its criterion
+    alone(Page(report([Subject(short.complete())])))  # far from its criterion
     with pytest.raises(InputError, match="no frame"):
         report([])
 
