@@ -192,6 +192,8 @@ class Actions:
         self._groups: dict[str, QActionGroup] = {}
 
     def __getitem__(self, name: str) -> QAction:
+        if name not in self._actions:
+            raise LookupError(f"No feature declares a command {name!r}, which a menu, a bar or a panel names.")
         return self._actions[name]
 
     def is_on(self, name: str) -> bool:

@@ -1,5 +1,5 @@
 """Depth as read from a file, and doubts about it: that its encoding or unit is another one, that a value marks missing
-depth, or that it is no depth."""
+depth, that it is no depth, or that it is turned another way than its colour."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from .._runtime.files import split_dataset
 from ..data.frame import MEDIAN_DEPTH_RANGE, USUAL_MEDIAN_DEPTH, scale_warning
 from .encodings import ENCODINGS, KINECT_DISPARITY, UINT16_MAX, DepthEncoding
 from .float_images import COLMAP_SUFFIX
+from .images import turned
 
 
 @dataclass(frozen=True)
@@ -678,3 +679,46 @@ def _is_only(folder: str) -> bool:
     """Whether a folder's name has no other words than those about distance to the camera."""
     others = (word for word in re.split(r"[^a-z]", folder) if not _DISTANCE.search(word))
     return {*others} <= {"depth", "to", "camera", "image", "images", ""}
+
+
+CLEAR = 0.15
+"""Minimum correlation of the edges of colour and depth to tell by them which way they are turned."""
+
+_COMPARED = 160
+"""Length of the longer side [px] at which edges are compared."""
+
+_JUMP = 0.1
+"""Minimum jump of depth between neighbours there, relative to depth."""
+
+_WAYS = {2: "mirrored", 3: "turned by 180 degrees", 4: "upside down"}
+_WAYS_OF_SQUARES = {5: "with rows and columns exchanged", 6: "turned by 90 degrees", 8: "turned by 90 degrees"}
+_LEAST_SIDE, _CLEARLY_BETTER = 100, 0.12
+"""Minimum length of the sides [px], since smaller images have few edges, and minimum lead over images as stored."""
+
+
+def turning_doubt(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> str:
+    """A doubt whether one of two images of the same size is mirrored or upside down, by their edges; "" for none."""
+    if min(metres.shape) < _LEAST_SIDE:
+        return ""
+    ways = _WAYS if metres.shape[0] != metres.shape[1] else _WAYS | _WAYS_OF_SQUARES
+    best, tag = max((coincidence(colour, turned(metres, tag)), tag) for tag in ways)
+    if best < max(CLEAR, coincidence(colour, metres) + _CLEARLY_BETTER):
+        return ""
+    told = f"Edges of colour and depth coincide better if one of them is {ways[tag]}"
+    return f"{told}. If it is, save its file the right way."
+
+
+def coincidence(colour: NDArray[np.uint8], metres: NDArray[np.float32]) -> float:
+    """Correlation of the edges of colour and the jumps of depth, -1 to 1; 0 if there are none."""
+    step = -(-max(metres.shape) // _COMPARED)
+    depth = np.log(metres[::step, ::step])
+    steps = [np.abs(np.diff(depth, axis=axis, append=np.nan)) > _JUMP for axis in (0, 1)]
+    jumps = np.any(steps, axis=0).astype(np.float32)
+    grey: Any = cv2.cvtColor(colour, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    grey = cv2.resize(grey, jumps.shape[::-1], interpolation=cv2.INTER_AREA)
+    edges = cv2.magnitude(cv2.Sobel(grey, cv2.CV_32F, 1, 0), cv2.Sobel(grey, cv2.CV_32F, 0, 1))
+    blurred, other = (np.asarray(cv2.GaussianBlur(values, (0, 0), 1)).ravel() for values in (edges, jumps))
+    one = np.log1p(blurred)
+    if np.ptp(one) == 0 or np.ptp(other) == 0:
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1])

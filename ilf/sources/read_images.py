@@ -15,10 +15,10 @@ from ..data.frame import FrameInputs, InputFile, RGBDFrame
 from ..errors import FormatError, InputError, told_as
 from ..io.cameras import depth_place, frame_camera, lens_from
 from ..io.depth import interpret_depth, read_depth
-from ..io.depth_doubts import DepthReading, is_named_distance
+from ..io.depth_doubts import DepthReading, is_named_distance, turning_doubt
 from ..io.encodings import ray_encoding
 from ..io.images import AS_STORED, orientation_claim, read_colour_with_warning, read_mask, scaled_colour, turned
-from ..io.orientation import pair_orientation, turning_doubt
+from ..io.orientation import pair_orientation
 from .frame_folder import FrameFiles, camera_pose
 from .frame_ref import COLOUR_VIEW, DEPTH_VIEW, FrameRef, ReadingOptions
 from .naming import META_NAME, recorded_frame_name

