@@ -28,10 +28,16 @@ from .long_work import check_cancelled, run_aside, set_cancel_events
 from .writing import remove_temporary_files
 
 SECONDS, MEMORY = 60.0, 4 * 2**30
-"""Time limit of reading a file in a child [s], and limit of its memory [bytes] beyond what it uses before."""
+"""Limits of reading a file in a child: processor time [s], and memory [bytes] beyond what it uses before."""
+
+_WAITING = 8
+"""How many times as long a child may take by the clock: it may wait for others, on a busy machine, or for a disk."""
 
 _GRACE_S = 0.3
 """Time for a child to remove files that it is writing [s]."""
+
+_OUT_OF_TIME = -signal.SIGXCPU if hasattr(signal, "SIGXCPU") else None
+"""Exit status of a child that has had its processor time."""
 
 _POLL_S = 0.05
 """Interval of the checks for cancellation [s]."""
@@ -100,7 +106,8 @@ class Child:
         ChildEnded
             If the child ends before.
         TimeoutError, MemoryError
-            If it takes longer than `seconds`, or needs more memory [bytes] (only on Linux); then the child has ended.
+            If it needs more than `seconds` of processor time (not on Windows), many times as long by the clock, or
+            more memory [bytes] (only on Linux); then the child has ended.
         Cancelled
             If the work was cancelled; likewise.
         """
@@ -114,11 +121,13 @@ class Child:
             return pickle.load(self._answers)
 
         try:
-            is_result, found = run_aside(converse, self.end, seconds)
+            is_result, found = run_aside(converse, self.end, _WAITING * seconds)
         except TimeoutError:
             raise
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self.end()
+            if self._process.returncode == _OUT_OF_TIME:
+                raise TimeoutError from None
             raise ChildEnded(self._process.returncode) from None
         if isinstance(found, MemoryError):
             self.end()
@@ -379,7 +388,7 @@ def set_process_limits(seconds: float, memory: int) -> None:
         import resource
     except ImportError:  # on Windows
         return
-    processor_time = int(time.process_time() + seconds * (os.cpu_count() or 1)) + 1
+    processor_time = int(time.process_time() + seconds) + 1
     limits = {resource.RLIMIT_CORE: 0, resource.RLIMIT_CPU: processor_time, resource.RLIMIT_AS: memory + _in_use()}
     for limit, wanted in limits.items():
         maximum = resource.getrlimit(limit)[1]

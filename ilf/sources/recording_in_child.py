@@ -19,7 +19,7 @@ from .pairing import MAX_TIME_GAP_S
 from .recording import RecordedFrame, Recording, RecordingIndex, Topics
 
 SECONDS, BYTES_PER_SECOND = 7.5, 2**25
-"""Time limit of each answer [s], and what a second more is allowed for: large files may be on a slow disk."""
+"""Limit of the processor time of each answer [s], and what a second more is allowed for."""
 LEAST_MEMORY, MEMORY_PER_BYTE = 640 * 2**20, 2
 """Limit of the memory of each answer [bytes], and what a byte of the files adds to it, up to the limit of children."""
 

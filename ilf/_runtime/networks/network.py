@@ -201,7 +201,7 @@ _IN_OTHER_FILE = re.compile(rb"location(?<=[\x08\0]location)")
 """How weights in another file are named, wherever it stands: the word and its length, which may be written longer."""
 
 TRIAL_S, _LONGEST_S = 30.0, 3600.0
-"""Time limits of a network of the user for small images, as it is tried with, and for others [s]."""
+"""Limits of the processor time of a network of the user for small images, as it is tried with, and for others [s]."""
 
 _SMALL = 200 * 200
 """Number of pixels up to which an image is small."""

@@ -4,6 +4,7 @@ import hashlib
 import os
 import signal
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,14 +32,21 @@ def exhaust() -> int:
     return len(bytearray(2**32))
 
 
+def spin() -> None:
+    while True:
+        pass
+
+
 def crash() -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
 
 
 def test_a_child_gives_what_the_function_gives():
     assert run_in_child(divmod, 7, 2, file="seven") == (3, 1)
-    with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
-        run_in_child(time.sleep, 60, file="a.file", seconds=0.1)
+    assert run_in_child(time.sleep, 0.3, file="a.file", seconds=0.1) is None  # as while others have the processor
+    for endless in (partial(time.sleep, 60), spin):
+        with pytest.raises(FormatError, match=r"a\.file is damaged: reading it takes longer than 0\.1 s"):
+            run_in_child(endless, file="a.file", seconds=0.1)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
