@@ -149,7 +149,7 @@ class AdditionalDepthPanel(Panel):
 
     def _section(self, kind: str, content: str, commands: Sequence[str], numbers: QFormLayout | None = None) -> QWidget:
         box, column = group(kind)
-        section = _Section(content, Message(), Message(), QPushButton("Show"), QPushButton("What it changes"))
+        section = _Section(content, Message(), Message(0), QPushButton("Show"), QPushButton("What it changes"))
         section.show.setCheckable(True)
         section.show.setToolTip(f"Show it in the view Depth in: {kind}")
         section.show.clicked.connect(lambda on: self.views.set_content("depth-in", content if on else "depth-in"))
