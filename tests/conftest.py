@@ -130,7 +130,7 @@ def small_frame() -> ilf.RGBDFrame:
     depth[10:22, 8:20] = np.nan
     depth[30:40, 40:56] = np.nan
     rgb = np.where(left[..., None], [200, 90, 40], [40, 110, 180]).astype(np.uint8)
-    return ilf.RGBDFrame(rgb, depth, ilf.Camera(60.0, 60.0, 31.5, 23.5), name="two-planes")
+    return ilf.RGBDFrame(rgb, depth, ilf.Camera(60.0, 66.0, 30.2, 24.9), name="two-planes")
 
 
 @pytest.fixture

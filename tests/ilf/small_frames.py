@@ -9,7 +9,7 @@ import numpy as np
 import ilf
 from ilf.segmentation.edges.frame_edges import FrameEdges, find_edges
 
-CAMERA = "80,80,39.5,29.5"
+CAMERA = "80,76,41.3,27.8"
 QUICK = {"max_iterations": 25}
 
 

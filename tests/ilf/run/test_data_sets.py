@@ -24,7 +24,7 @@ from tests.ilf.small_sequences import pose_of, sequence, write_sequence
 
 pytest.importorskip("lzfse")
 
-CAMERA = (80, 80, 39.5, 29.5)
+CAMERA = (80, 76, 41.3, 27.8)
 
 
 def matrix_file(path: Path, number: int = 0) -> None:
@@ -95,7 +95,9 @@ def test_results_become_a_data_set_of_nerfstudio(framed, tmp_path, cli):
     assert data["depth_unit_scale_factor"] == 0.001
     first, second = data["frames"]
     assert np.allclose(np.array(second["transform_matrix"]) @ FLIP, pose(1))
-    assert (first["fl_x"], first["cx"], first["w"], first["h"]) == (80, 40, 80, 60)
+    assert [first[name] for name in ("fl_x", "fl_y", "cx", "cy", "w", "h")] == pytest.approx(
+        [80, 76, 41.8, 28.3, 80, 60]
+    )
     depth = cv2.imread(str(tmp_path / "data" / first["depth_file_path"]), cv2.IMREAD_UNCHANGED)
     assert np.array_equal(depth > 0, np.isfinite(framed.depth))
     assert np.allclose(depth / 1000, np.nan_to_num(framed.depth), atol=6e-4)
@@ -132,7 +134,7 @@ def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
     assert source.layout.startswith(to)
     if to == "open3d":
         stated = json.loads((tmp_path / "data" / "camera_intrinsic.json").read_text())["intrinsic_matrix"]
-        assert stated == [80, 0, 0, 0, 80, 0, 39.5, 29.5, 1], "by columns"
+        assert stated == [80, 0, 0, 0, 76, 0, 41.3, 27.8, 1], "by columns"
     for number, (frame, measured) in enumerate(zip(source, sequence(), strict=True)):
         np.testing.assert_allclose(frame.pose, pose_of(number), atol=1e-12)
         camera = frame.intrinsics
@@ -143,12 +145,13 @@ def test_data_sets_are_read_back_as_they_were_written(results, tmp_path, to):
 
 def test_gaussian_splatting_gets_inverse_depth_and_a_model(results, tmp_path):
     notes = write_data_set(tmp_path / "data", results, "3dgs").notes
-    assert notes == (
+    assert "The principal point lies 1.8 px from" in notes[1]
+    assert notes[:1] == (
         "4.0% of the pixels have no depth: the published trainer takes them for infinitely far. Complete the frames "
         "with --extrapolate for depth everywhere.",
     )
     model = tmp_path / "data" / "sparse" / "0"
-    assert (model / "cameras.txt").read_text() == "1 PINHOLE 80 60 80.0 80.0 40.0 30.0\n"
+    assert (model / "cameras.txt").read_text() == "1 PINHOLE 80 60 80.0 76.0 41.8 28.3\n"
     parameters = json.loads((model / "depth_params.json").read_text())
     lines = (model / "images.txt").read_text().split("\n")
     assert lines[1::2] == [""] * 5, "no points are listed"
