@@ -18,7 +18,7 @@ H, W = 24, 32
 COLOUR = np.dstack(np.broadcast_arrays(8 * np.arange(W)[None], 10 * np.arange(H)[:, None], 77)).astype(np.uint8)
 DEPTH = (1500 + 9 * np.arange(W)[None] + 20 * np.arange(H)[:, None]).astype(np.uint16)
 DEPTH[5:9, 10:14] = 0
-K = (30.0, 0.0, 15.5, 0.0, 30.0, 11.5, 0.0, 0.0, 1.0)
+K = (30.0, 0.0, 16.2, 0.0, 28.0, 10.9, 0.0, 0.0, 1.0)
 START = 1_600_000_000 * 10**9
 KINDS = ("ros1", "sqlite3", "mcap")
 

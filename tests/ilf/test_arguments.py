@@ -8,7 +8,7 @@ import pytest
 import ilf
 from ilf.data.by_hand import DepthByHand
 
-CAMERA = (60.0, 60.0, 31.5, 23.5)
+CAMERA = (60.0, 63.0, 30.5, 24.5)
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_one_neighbour_and_one_point_need_no_list(small_frame):
     np.testing.assert_array_equal(ilf.select_region(small_frame, (40, 20), (5, 5)), mask)
 
 
-@pytest.mark.parametrize("camera", [CAMERA, np.array([[60.0, 0, 31.5], [0, 60.0, 23.5], [0, 0, 1]])])
+@pytest.mark.parametrize("camera", [CAMERA, np.array([[60.0, 0, 30.5], [0, 63.0, 24.5], [0, 0, 1]])])
 def test_points_normals_and_surfaces_take_intrinsics_as_numbers(camera, completion, small_frame):
     images, known = (completion.depth, small_frame.rgb), ilf.Camera(*CAMERA)
     for make in (ilf.point_cloud, ilf.surface_mesh):

@@ -22,7 +22,7 @@ RGB = np.zeros((*SHAPE, 3), np.uint8)
 TRUE = np.full(SHAPE, 2.0)
 HIDDEN = np.zeros(SHAPE, bool)
 HIDDEN[4:7, 5:9] = True
-CAMERA = ilf.Camera(20.0, 20.0, 8.0, 6.0)
+CAMERA = ilf.Camera(20.0, 22.0, 8.5, 5.5)
 
 
 def masked(wrong: float = 9.0, dtype: type = np.float32) -> np.ma.MaskedArray:

@@ -17,7 +17,7 @@ from ilf.sources.opening import close_all
 from tests.ilf.bags import COLOUR, DEPTH, write_aligned
 
 METRES = np.where(DEPTH > 0, DEPTH / np.float32(1000), np.nan).astype(np.float32)
-CAMERA = ilf.Camera(30.0, 30.0, 15.5, 11.5)
+CAMERA = ilf.Camera(30.0, 33.0, 15.1, 12.2)
 WRITER = """
 import resource, sys
 from ilf.errors import ExportError

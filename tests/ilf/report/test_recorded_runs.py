@@ -76,7 +76,7 @@ def test_what_info_says(tmp_path, capsys, cli):
     assert "1600000000.000000000, 1600000000.033000000, 1600000000.066000000" in said
     said = cli("info", path, "--frame", KEY).out
     assert f"{W} x {H}, uint16" in said
-    assert "fx 30, fy 30" in said
+    assert "fx 30, fy 28, cx 16.2, cy 10.9" in said
     topics = "/camera/color/image_raw,/camera/aligned_depth_to_color/image_raw"
     assert main(["info", str(path), "--topics", topics, "--frame", KEY]) == 0
     assert "is not COLOUR,DEPTH" in cli("info", path, "--topics", "one", "--frame", KEY, status=2).err

@@ -13,7 +13,7 @@ from ilf.segmentation.propagation.propagate import follow
 
 _SHAPE = (96, 128)
 _QUICK = ilf.BlockParameters(detector="canny", min_size=1.0)
-_CAMERA = ilf.Camera(120.0, 120.0, 63.5, 47.5)
+_CAMERA = ilf.Camera(120.0, 114.0, 61.2, 49.1)
 
 
 def _scene(height: int = 160, width: int = 200, seed: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -76,7 +76,7 @@ def test_a_pose_is_exact_on_planes_without_any_detail():
     labels = np.where(np.arange(128)[None] < 70, 5, 9) * np.ones(_SHAPE, np.int32)
     labels[30:60, 20:40] = 6
     # 0.1 m to the left: points move to the right, the nearer ones by 6 px, the others by 4; all 3 px down in the image
-    lower = ilf.Camera(120.0, 120.0, 63.5, 50.5)
+    lower = ilf.Camera(120.0, 114.0, 61.2, 52.1)
     pose = np.eye(4)
     pose[0, 3] = 0.1
     after = np.full(_SHAPE, 2.0)

@@ -20,8 +20,8 @@ from ..io.test_guide_network import brightness
 from ..project_states import through_project
 from ..small_frames import write_small_frame
 
-COLOUR = ilf.Camera(75.0, 75.0, 39.5, 29.5, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
-SMALL = ilf.Camera(60.0, 60.0, 31.5, 23.5, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
+COLOUR = ilf.Camera(75.0, 71.0, 40.6, 28.1, size=(80, 60), distortion=(-0.32, 0.11, 0.001, -0.0008, -0.01))
+SMALL = ilf.Camera(60.0, 57.0, 30.4, 24.4, size=(64, 48), distortion=(-0.1, 0.02, 0.0, 0.0))
 CASES = [
     (undistort, view, camera)
     for undistort, view, camera in product((False, True), ("colour", "depth"), (COLOUR, SMALL))

@@ -60,7 +60,7 @@ def test_aligned_depth_of_every_kind_of_bag(tmp_path, kind):
     assert frame.name == f"recording {source.keys[1]}"
     camera = source.calibration(source.keys[0])
     assert camera.colour == camera.depth == replace(frame.intrinsics, size=(W, H))
-    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (30, 15.5)
+    assert frame.intrinsics.numbers == (30, 28, 16.2, 10.9)
     again = ilf.load_frame(**frame.sources)
     assert again.inputs == frame.inputs
     assert np.array_equal(again.depth, frame.depth, equal_nan=True)
@@ -427,7 +427,7 @@ def test_registered_images_are_undistorted_as_those_of_files(tmp_path, stated):
     """By the lens of the recording, or by one that is given; the frame is read again as it was."""
     depth = np.full((H, W), 1500, np.uint16)
     depth[5:9, 8:15] = 2400
-    lens = {"fx": 30.0, "fy": 30.0, "cx": 15.5, "cy": 11.5, "distortion": [-0.2, 0.05, 0.001, -0.002, 0.0]}
+    lens = {"fx": 30.0, "fy": 28.0, "cx": 16.2, "cy": 10.9, "distortion": [-0.2, 0.05, 0.001, -0.002, 0.0]}
     with bag(tmp_path, "mcap") as out:
         out.info("/color/camera_info", distortion=() if stated else tuple(lens["distortion"]))
         out.pair(depth, topics=("/color/image_raw", "/depth/image_raw"))
@@ -436,7 +436,7 @@ def test_registered_images_are_undistorted_as_those_of_files(tmp_path, stated):
     frame = source[0]
     files = write_rgbd(tmp_path, depth, colour=COLOUR[..., ::-1])
     wanted = ilf.load_frame(*files, intrinsics=lens, undistort=True)
-    assert frame.intrinsics.numbers == wanted.intrinsics.numbers != (30.0, 30.0, 15.5, 11.5)
+    assert frame.intrinsics.numbers == wanted.intrinsics.numbers != (30.0, 28.0, 16.2, 10.9)
     assert np.array_equal(frame.rgb, wanted.rgb)
     assert np.array_equal(frame.depth, wanted.depth, equal_nan=True)
     assert source.calibration(source.keys[0]).colour.numbers == frame.intrinsics.numbers

@@ -112,7 +112,7 @@ def test_colour_without_distortion_stays_as_it_is():
 def test_a_closed_wall_stays_closed_whatever_the_cameras(scale, x, turn, k1):
     fine, size = (40 * scale, 40 * scale, 20 * scale, 15 * scale), (round(40 * scale), round(30 * scale))
     colour = Camera(*fine, size=size, distortion=(k1, 0.0, 0.0, 0.0))
-    depth = Camera(40.0, 40.0, 19.5, 14.5, size=(40, 30), distortion=(-k1, 0.01, 0.0, 0.0))
+    depth = Camera(40.0, 42.0, 19.1, 15.2, size=(40, 30), distortion=(-k1, 0.01, 0.0, 0.0))
     to_colour = motion(x, turn)
     frame = register(RawPair(np.zeros((*colour.shape, 3), np.uint8), np.full((30, 40), 2.0), colour, depth, to_colour))
     outside = np.zeros(frame.shape, np.uint8) if frame.outside_view is None else frame.outside_view.astype(np.uint8)
@@ -177,7 +177,7 @@ def test_distortions_that_are_none_are_refused(distortion, why):
 @given(k=st.lists(st.floats(-100, 100), min_size=8, max_size=8), focal=st.floats(1.0, 1000.0), is_colour=st.booleans())
 def test_whatever_the_distortion_there_is_a_frame_or_a_word(k, focal, is_colour):
     bent = Camera(focal, focal, 16.0, 12.0, distortion=tuple(k))
-    plain = Camera(30.0, 30.0, 15.5, 11.5)
+    plain = Camera(30.0, 31.0, 15.1, 12.2)
     colour, depth = (bent, plain) if is_colour else (plain, bent)
     pair = RawPair(np.zeros((24, 32, 3), np.uint8), np.full((24, 32), 2.0), colour, depth, motion())
     try:

@@ -17,7 +17,7 @@ from tests.ilf.image_files import write_file
 H, W = 48, 64
 MM = (1500 + 7 * np.arange(W)[None] + 20 * np.arange(H)[:, None]).astype(np.uint16)
 MM[10:20, 30:40] = 0
-K = [52, 0, 31.5, 0, 52, 23.5, 0, 0, 1]
+K = [52, 0, 30.2, 0, 49, 24.9, 0, 0, 1]
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ LENSES = {
     "tilted": (*LENS, 0.02, -0.01, 0.003, 0.001, 0.0, -0.001, 0.0, 0.004, -0.003),
     "fisheye": (0.05, -0.01, 0.004, -0.001),
 }
-K = np.array([[75.0, 0, 39.5], [0, 75.0, 29.5], [0, 0, 1]])
+K = np.array([[75.0, 0, 40.6], [0, 71.0, 28.1], [0, 0, 1]])
 
 
 def _camera(
@@ -74,7 +74,7 @@ def test_a_plane_is_plane_again_by_any_lens_of_opencv(kind, files, tmp_path):
 @pytest.mark.parametrize("kind", LENSES)
 def test_points_and_images_are_where_opencv_puts_them(kind):
     model, coefficients = ("fisheye" if kind == "fisheye" else "pinhole"), np.array(LENSES[kind])
-    camera = ilf.Camera(75.0, 75.0, 39.5, 29.5, size=(W, H), distortion=LENSES[kind], model=model)
+    camera = ilf.Camera(75.0, 71.0, 40.6, 28.1, size=(W, H), distortion=LENSES[kind], model=model)
     pixels = np.random.default_rng(0).uniform((0, 0), (W - 1, H - 1), (200, 2))
     rays = rays_of(camera, pixels)
     if kind == "fisheye":

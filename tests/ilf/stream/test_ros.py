@@ -43,7 +43,7 @@ def test_depth_survives_the_round_trip(encoding):
     frame = frame_of_messages(colour(), image(depth_fields(METRES, encoding)), info(), "one")
     assert np.array_equal(frame.depth, METRES, equal_nan=True)
     assert np.array_equal(frame.rgb, COLOUR)
-    assert frame.intrinsics == ilf.Camera(30.0, 30.0, 15.5, 11.5)
+    assert frame.intrinsics == ilf.Camera(30.0, 28.0, 16.2, 10.9)
     assert frame_of_messages(colour(), image(depth_fields(METRES, encoding))).intrinsics is None
 
 
