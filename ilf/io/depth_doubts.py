@@ -187,6 +187,9 @@ _NO_DISPARITY, _NO_DISPARITY_SWAPPED = 2047, 65287
 _LARGEST_HIGH_BYTE = 64  # 16 m
 _FEWEST_PIXELS, _FEWEST_VALUES, _LEAST_SHARE = 1000, 32, 0.005
 
+_ALIKE = 400
+"""Maximum difference of neighbours in the bits below those of confidence."""
+
 _REPLICA_SHAPE = 680, 1200
 _REPLICA_NAME = re.compile(r"depth\d{6}\.png")
 _KITTI_NAME = re.compile(r"kitti.*|velodyne_raw|groundtruth_depth|proj_depth", re.IGNORECASE)
@@ -257,6 +260,8 @@ def _other_storage(read: DepthReading) -> PlausibilityWarning | None:
         return _likelier(read, "kinect-raw", f"The maximum value is {_NO_DISPARITY}, in many pixels")
     if _is_rotated(levels, pixels):
         return _likelier(read, "sun", "The lowest three bits of nearly all values are zero")
+    if _have_confidence(read.values):
+        return _likelier(read, "depth16", "The highest three bits change, or are large, where the others stay")
     return None
 
 
@@ -288,6 +293,18 @@ def _is_rotated(levels: NDArray[np.uint16], pixels: NDArray[np.intp]) -> bool:
     if np.average(is_whole, weights=pixels) < 0.95 or np.count_nonzero(is_whole) < _FEWEST_VALUES:
         return False
     return bool(np.average(is_odd, weights=pixels * is_whole) >= 0.2)
+
+
+def _have_confidence(values: NDArray[np.uint16]) -> bool:
+    """Whether the highest three bits differ between neighbours that are alike in the others, which millimetres are
+    not, or are at least 4 everywhere."""
+    known = values > 0
+    high, low = values >> 13, (values & 0x1FFF).astype(np.int32)
+    beside = known[:, 1:] & known[:, :-1] & (high[:, 1:] != high[:, :-1])
+    alike = np.abs(np.diff(low, axis=1))[beside] < _ALIKE
+    if alike.size >= _LEAST_SHARE * values.size:
+        return bool(alike.mean() > 0.5)
+    return alike.size == 0 and bool(high[known].min() >= 4)
 
 
 def _stated_scale(read: DepthReading) -> PlausibilityWarning | None:

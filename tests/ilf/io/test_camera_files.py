@@ -107,7 +107,7 @@ def test_two_cameras_are_a_question_that_a_name_answers(tmp_path):
         (json.dumps({"depth": {"intrinsics": LARGE}, "color": {"intrinsics": LARGE | {"fx": 900.0}}}), "depth"),
         (f"- name: ir\n  K: {[91.25, *CAMERA[1:]]}\n- name: rgb\n  K: {CAMERA}\n", "rgb"),
         (KALIBR + KALIBR.replace("cam0", "cam1").replace("131.25", "91.25"), "cam0"),
-        (ORB + "Camera1.cy: 58.25\nCamera2.fx: 91.0\nCamera2.fy: 91.0\nCamera2.cx: 80.0\nCamera2.cy: 60.0\n", "Camera1"),
+        (ORB + "Camera1.cy: 58.25\nCamera2.fx: 91.0\nCamera2.fy: 91.0\nCamera2.cx: 80\nCamera2.cy: 60.0\n", "Camera1"),
         ("1 PINHOLE 160 120 131.25 127.5 81 58.75\n2 PINHOLE 160 120 91.25 91.25 80 60\n", "1"),
         (json.dumps({f"{n}.png": {**LARGE, "fx": 1050.0 + n} for n in (0, 1)}), "0.png"),
         (f"P0: {ROW}\nP2: {ROW.replace('131.25', '91.25')}\nTr: {'0.1 ' * 12}", "P0"),

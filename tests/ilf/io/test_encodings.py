@@ -270,6 +270,7 @@ def test_truth_beyond_all_sensors_is_unknown(save):
         ("mm-swapped", "two bytes"),
         ("nyu-raw", "two bytes"),
         ("kinect-raw", "maximum value is 2047"),
+        ("depth16", "highest three bits"),
     ],
 )
 def test_another_storage_is_recognised_and_named(save, name, sign):
@@ -285,6 +286,15 @@ def test_another_storage_is_recognised_and_named(save, name, sign):
     assert sign in text
     assert f"most likely {name}, with a median of 2." in text
     assert ilf.load_frame(rgb, depth, encoding=name).notes == ()
+
+
+def test_confidence_that_varies_is_known_from_depth_that_is_far(save):
+    varied = np.where(KNOWN, MM | (np.arange(W) % 8 << 13), 0).astype(np.uint16)
+    for values, is_doubted in ((varied, True), (3 * MM, False)):  # 3.9 to 10.8 m: they cross 2 to the power of 13
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            ilf.load_frame(*save(values))
+        assert any("most likely depth16" in str(one.message) for one in told) == is_doubted
 
 
 def test_millimetres_that_happen_to_end_at_2047_are_no_disparity(save):
