@@ -270,7 +270,7 @@ class PropagationFeature(Feature):
 
         def take() -> None:
             self.context.actions[f"propagate_{dialog.how.currentData()}"].trigger()
-            self.propagate_through(dialog.count.value(), dialog.replaces.isChecked())
+            self._start(entries[row : row + dialog.count.value() + 1], dialog.replaces.isChecked())
 
         open_once(dialog, take)
 
@@ -294,6 +294,8 @@ class PropagationFeature(Feature):
         for number, entry in enumerate(frames):
             if entry not in self.workspace.entries:  # it has been removed from the list meanwhile
                 run.total -= 1
+                if number == 0:
+                    break
                 continue
             run.present = entry
             self._show(run, number)

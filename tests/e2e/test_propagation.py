@@ -139,6 +139,9 @@ def test_a_typed_number_of_frames_replaces_the_proposed_one(listed):
     dialog = listed.findChild(PropagateDialog)
     QTest.keyClicks(dialog.count, "2")
     assert dialog.count.value() == 2
+    listed.workspace.remove_entries([listed.workspace.current_entry])
+    dialog.accept()  # from a frame that has gone meanwhile
+    assert listed.feature(PropagationFeature).run is None
 
 
 def test_blocks_edited_by_hand_are_carried_on_from_where_they_are_stored(listed, part, qtbot):
