@@ -145,7 +145,7 @@ def is_numbers(text: str) -> bool:
 
 
 def _from_text(text: str) -> Camera:
-    with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
+    with told_as(InputError, f"{text!r} is not fx,fy,cx,cy[,width,height]. {REMEDY}", ValueError):
         fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
         width, height = (int(number) if number.is_integer() else 0 for number in more or (0.0, 0.0))
         return Camera(fx, fy, cx, cy, size=(width, height) if more else None)
