@@ -19,7 +19,7 @@ from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
-from ..data.blocks import Block, Blocks, as_blocks, find_blocks
+from ..data.blocks import Block, Blocks, as_blocks, check_labels, find_blocks, labels_in
 from ..data.by_hand import USUAL_WEIGHT, DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
@@ -133,6 +133,7 @@ class Run:
         added: dict[str, Any] = {"drawn": drawn, "by_hand": by_hand}
         given = replace(given, **{name: value for name, value in added.items() if value is not None})
         if own is not None:
+            check_labels(own, labels_in(given.labels))
             given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
         return cls(guided, given, parameters, extrapolate=extrapolate)._checked()
 
@@ -423,7 +424,8 @@ def complete(
     Raises
     ------
     InputError
-        If label map, drawn borders or depth by hand do not fit the frame, or depth by hand counts nowhere.
+        If label map, drawn borders or depth by hand do not fit the frame, depth by hand counts nowhere, or there is no
+        block that is to have own parameters.
     ParameterError
         For an unknown preset or parameter, a value out of range, a parameter without effect in combination with the
         others, or an object that is not parameters.
