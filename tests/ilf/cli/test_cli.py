@@ -139,7 +139,8 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys, cli):
         assert len(warnings) == 1
         assert warnings[0].startswith("ilf: warning: Canny's edges replace those of the network: ")
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
-    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
+    evaluation = ["evaluate", *files, "--hold-out", "random", "--seeds", "1", "--model", "mine"]
+    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"], evaluation):
         assert main(command) == 0
         note = "Canny's edges replace those of the network: There is no edge network 'mine'"
         assert capsys.readouterr().err.count(note) == 1
