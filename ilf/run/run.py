@@ -29,8 +29,9 @@ from ..data.pictures import html_row, plot_row
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
-from ..errors import InputError, ParameterError, check_kind
+from ..errors import InputError, ParameterError, check_kind, warn_of_reading
 from ..io.block_files import read_blocks
+from ..io.depth_doubts import marker_doubt
 from ..io.frame_additions import load_by_hand
 from ..io.images import read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
@@ -111,7 +112,7 @@ class Run:
         by_hand: ArrayLike | DepthByHand | None = None,
         **changes: Value,
     ) -> Self:
-        """Make the run that `ilf.complete` executes for the same arguments."""
+        """Make the run that `ilf.complete` executes for the same arguments; warns as that does."""
         if isinstance(blocks, str | ParameterSet):
             raise ParameterError(
                 f"The second argument is the label map of the blocks, not {blocks!r:.60}: give presets and parameters "
@@ -120,6 +121,9 @@ class Run:
         keywords = inspect.signature(complete).parameters
         parameters, chosen, of_blocks = chosen_parameters(preset, extraction, changes, *keywords)
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
+        if frame.inputs is None and (doubt := marker_doubt(frame.measured, frame.measured)):
+            constant = f"{frame.name}: a constant depth of {doubt.invalid_depth:.6g} m"
+            warn_of_reading(f"{constant} most likely marks missing depth, but counts as measured. Make it NaN.")
         if blocks is None:
             given = found_blocks(guided, chosen)
             clear_stage_cache(guided)
@@ -429,6 +433,11 @@ def complete(
     ParameterError
         For an unknown preset or parameter, a value out of range, a parameter without effect in combination with the
         others, or an object that is not parameters.
+
+    Warns
+    -----
+    DepthWarning
+        If a constant in a frame that was not read from files most likely marks missing depth, such as 65.535 m.
 
     Examples
     --------

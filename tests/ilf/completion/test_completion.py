@@ -314,9 +314,15 @@ def test_an_error_in_a_thread_comes_out_at_next(small_frame, small_labels, monke
         ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 
 
+def test_a_constant_in_the_place_of_missing_depth_is_doubted_in_arrays_as_in_files(small_frame, small_labels):
+    marked = small_frame.changed(depth=np.where(small_frame.known, small_frame.depth, 65.535))
+    with pytest.warns(ilf.DepthWarning, match=r"65\.535 m most likely marks missing depth"):
+        ilf.complete(marked, small_labels, "paper", max_iterations=1)
+
+
 def test_depth_that_is_not_positive_is_no_depth():
     """Beside a step the filter swings below 0: there the pixel stays missing, and is counted."""
-    depth = np.full((30, 30), 9.0)
+    depth = np.linspace(8.9, 9.0, 900).reshape(30, 30)
     depth[:, :15] = 0.15
     depth[5:25, 10:15] = np.nan
     frame = ilf.RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
