@@ -323,7 +323,7 @@ def test_a_constant_in_the_place_of_missing_depth_is_doubted_in_arrays_as_in_fil
 def test_depth_that_is_not_positive_is_no_depth():
     """Beside a step the filter swings below 0: there the pixel stays missing, and is counted."""
     depth = np.linspace(8.9, 9.0, 900).reshape(30, 30)
-    depth[:, :15] = 0.15
+    depth[:, :15] /= 60
     depth[5:25, 10:15] = np.nan
     frame = ilf.RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
     parameters = ilf.preset("paper", shortest_wavelength=6.0, rgb_iterations=0)
