@@ -249,7 +249,7 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys, cli):
     assert 7 not in labels
     assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
-    assert "there are no blocks 3." in fails(cli, *again, "--keep", "9,3")
+    assert "no block 3. Blocks: " in fails(cli, *again, "--keep", "9,3")
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
