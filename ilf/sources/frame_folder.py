@@ -110,7 +110,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     has_meta = os.path.isfile(path)
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):
-        raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
+        raise FormatError(f"{path} must hold a JSON object with depth_units_per_m.")
     with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
         stated = converted({**meta, "name": meta.get("name") or one_line(root.name)}, Meta, META_NAME)
         options = stated.options

@@ -21,7 +21,7 @@ from ilf._runtime.formatting import grouped, millimetres
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
-from ilf.batch.folder_sink import FolderSink, open_folder
+from ilf.batch.folder_sink import open_folder
 from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
 from ilf.batch.frames import folder_name, frames_of_sources, named_frames, sample_name, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
@@ -73,6 +73,13 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     again = open_folder(frames, tmp_path / "out", SETTINGS)
     assert (again.to_do, [outcome.frame for outcome in again.earlier if not outcome.is_completed]) == ((), ["deadly"])
     assert list(complete_many(again)) == []
+
+
+def test_of_two_batches_that_begin_in_a_folder_with_other_settings_one_ends(source, tmp_path):
+    batch = open_folder(frames_in(source), tmp_path / "out", SETTINGS)
+    write_settings(tmp_path / "out", replace(SETTINGS, extrapolate=True).facts(), (1.0, 3.0))
+    with pytest.raises(InputError, match="Another batch has begun"):
+        list(complete_many(batch))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems' names of files are text")
@@ -451,9 +458,7 @@ def test_steady_depth_keeps_the_pose(tmp_path, begun, capsys):
 def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):
     monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
     first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
-    (tmp_path / "out").mkdir()
-    settings = replace(SETTINGS, options=ExportOptions(axes="world"))
-    batch = FolderSink(settings=settings, folder=tmp_path / "out", sha256="", levels=(1.0, 3.0))
+    batch = open_folder([first], tmp_path / "out", replace(SETTINGS, options=ExportOptions(axes="world")))
     outcome = complete_frame(batch, first)
     assert outcome.message.startswith("The pose of this frame's camera is not known")
 
