@@ -22,7 +22,7 @@ from ..run.run import Run
 from ..run.writing import check_write, drop_impossible, write
 from ..sources.frame_ref import RECORD_FILE
 from .cluster import SHARED_FOLDER
-from .engine import OTHER_MACHINE, Sink, facts_here
+from .engine import OTHER_BATCH, OTHER_MACHINE, Sink, facts_here
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,
@@ -83,7 +83,7 @@ class FolderSink(Sink):
         """Raise InputError if another batch has begun in the folder with other settings, at the same time or since."""
         found = read_settings(self.folder)
         if found is None or sha256_of(found[0]) != self.sha256:
-            raise InputError(f"Another batch has begun in {self.folder} with other settings. Choose another folder.")
+            raise InputError(OTHER_BATCH.format(folder=self.folder))
 
     def done(self, frame: BatchFrame) -> FrameOutcome | None:
         """Return the outcome of a frame that is already completed with these settings; else None. Raises InputError as

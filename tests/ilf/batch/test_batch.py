@@ -75,13 +75,6 @@ def test_a_frame_that_kills_its_process_costs_itself_alone(source, tmp_path):
     assert list(complete_many(again)) == []
 
 
-def test_of_two_batches_that_begin_in_a_folder_with_other_settings_one_ends(source, tmp_path):
-    batch = open_folder(frames_in(source), tmp_path / "out", SETTINGS)
-    write_settings(tmp_path / "out", replace(SETTINGS, extrapolate=True).facts(), (1.0, 3.0))
-    with pytest.raises(InputError, match="Another batch has begun"):
-        list(complete_many(batch))
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems' names of files are text")
 def test_frames_whose_names_are_no_text(source, tmp_path, begun):
     for folder in ("rgb", "depth"):
