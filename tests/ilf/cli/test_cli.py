@@ -562,11 +562,13 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("info room.ilf", "room.ilf is a project: use `ilf project info`."),
         ("info in -K K.txt", "no option -K. Did you mean --intrinsics?"),
         ("bench", "FOLDER"),
+        ("complete EMPTY", "INPUT: '' is not a name"),
+        ("batch in --out EMPTY", "--out: '' is not a name"),
     ],
 )
 def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, cli):
     before = sorted(Path().iterdir())
-    assert sentence in fails(cli, *words.split(), status=2)
+    assert sentence in fails(cli, *(word.replace("EMPTY", "") for word in words.split()), status=2)
     assert sorted(Path().iterdir()) == before
 
 
