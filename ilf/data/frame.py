@@ -313,6 +313,7 @@ class RGBDFrame:
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        check_kind(self.name, str, "The name of a frame must be text", "give it as str(name).")
         if np.ndim(self.rgb) == 2 and np.shape(self.depth)[2:] == (3,):  # depth was given first
             given: tuple[Any, Any] = self.rgb, self.depth
             object.__setattr__(self, "depth", given[0])

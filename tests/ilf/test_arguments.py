@@ -74,6 +74,7 @@ def test_depth_of_a_completion_is_written(completion, tmp_path):
         (lambda frame: ilf.complete(frame, np.ones(frame.shape, int), own={3: "paper"}), "no block 3. Blocks: 1."),
         (lambda frame: ilf.complete(frame, np.ones((*frame.shape, 3), int)), r"of shape \(\d+, \d+, 3\), but"),
         (lambda frame: ilf.iterate(frame, np.ones(frame.shape, int), "1"), "no block '1'"),
+        (lambda frame: frame.changed(name=7), "must be text, not int"),
         (lambda frame: frame.changed(intrinsics="60,60"), "'60,60' is not fx,fy,cx,cy"),
         (lambda frame: ilf.load_frame(frame.rgb, frame.depth), "files, not ndarray"),
         (lambda frame: ilf.load_frame(None), "files, not NoneType"),
