@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from types import UnionType
-from typing import Any
 
 _LONGEST = 1500
 _CAUSES = {
@@ -171,18 +170,9 @@ PathKind = str | os.PathLike
 """The types of a path."""
 
 
-def path_first(path: Any, value: Any) -> tuple[Any, Any]:
-    """Return the two arguments of a writer, path and value, in this order whichever the caller gave first.
-
-    Examples
-    --------
-    >>> path_first([1, 2], "a.ply")
-    ('a.ply', [1, 2])
-    """
-    if isinstance(value, PathKind) and not isinstance(path, PathKind):
-        path, value = value, path
-    check_kind(path, PathKind, "A file is written to a path", "give the path, and what to write.")
-    return path, value
+def check_path(path: object) -> None:
+    """Raise InputError for the path of a writer that is none, such as what it is to write."""
+    check_kind(path, PathKind, "A file is written to a path", "give the path first, then what to write.")
 
 
 class FormatError(InputError):

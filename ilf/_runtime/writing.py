@@ -146,6 +146,7 @@ _REMEDIES = {
     errno.EFBIG: "Choose another folder, or raise the limit",
     errno.EISDIR: "Choose another name",
     errno.ENAMETOOLONG: "Choose a shorter one",
+    errno.ENXIO: "Give the name of a file",
 }
 _cleared: set[Path] = set()
 """Folders in which this process has removed what others have left."""
@@ -203,7 +204,10 @@ def atomic_path(target: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _check_not_protected(path: Path) -> None:
-    """Raise OSError for a file that may not be written, though its folder would let it be replaced."""
+    """Raise OSError for a file that may not be written, though its folder would let it be replaced, and for a device or
+    a pipe: /dev/stdout may lead to a file, but is none."""
+    if path.parent == Path("/dev") or (path.exists() and not path.is_file() and not path.is_dir()):
+        raise OSError(errno.ENXIO, f"{path.name} is a device or a pipe, not a file")
     if path.is_file() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, f"{path.name} is write-protected")
 

@@ -44,6 +44,9 @@ CRASHED = "The process crashed twice, then alone. Memory may have run out, or th
 OTHER_MACHINE = "This machine differs in program version, networks or files from the batch. Install the same on all."
 """Message of a worker whose settings have another hash."""
 
+OTHER_BATCH = "Another batch has begun in {folder} with other settings. Choose another folder."
+"""Message of a batch whose folder no longer has its settings."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sink(ABC):

@@ -22,7 +22,7 @@ from ..run.run import Run
 from ..run.writing import check_write, drop_impossible, write
 from ..sources.frame_ref import RECORD_FILE
 from .cluster import SHARED_FOLDER
-from .engine import OTHER_MACHINE, Sink, facts_here
+from .engine import OTHER_BATCH, OTHER_MACHINE, Sink, facts_here
 from .frame_record import (
     FRAME_FILE,
     FrameOutcome,
@@ -79,8 +79,16 @@ class FolderSink(Sink):
             return None
         return record if not record.outcome.is_completed or record.has_all_files(folder) else None
 
+    def _check_settings(self) -> None:
+        """Raise InputError if another batch has begun in the folder with other settings, at the same time or since."""
+        found = read_settings(self.folder)
+        if found is None or sha256_of(found[0]) != self.sha256:
+            raise InputError(OTHER_BATCH.format(folder=self.folder))
+
     def done(self, frame: BatchFrame) -> FrameOutcome | None:
-        """Return the outcome of a frame that is already completed with these settings; else None."""
+        """Return the outcome of a frame that is already completed with these settings; else None. Raises InputError as
+        `_check_settings`, which ends the batch."""
+        self._check_settings()
         record = self.record_of(frame)
         if record is None or not record.outcome.is_completed:
             return None
@@ -107,6 +115,7 @@ class FolderSink(Sink):
     def write(
         self, frame: BatchFrame, reading: LoadedFrame, completion: Completion
     ) -> tuple[dict[str, Any], Sequence[str]]:
+        self._check_settings()
         folder = self.folder_of(frame)
         options, _ = drop_impossible(self.settings.options, completion.run)
         (folder / FRAME_FILE).unlink(missing_ok=True)  # the old record does not describe the new results

@@ -86,7 +86,6 @@ class BatchSettings:
         files = {"blocks": blocks.file, "drawn": blocks.drawn, "invalid_mask": self.invalid_mask}
         facts = {
             "version": __version__,
-            "networks": {name: installed_sha256(name) for name in self._networks()},
             "parameters": self.parameters.to_dict(),
             "extraction": blocks.extraction.to_dict(),
             "extrapolate": self.extrapolate,
@@ -95,6 +94,7 @@ class BatchSettings:
             "export": dataclasses.asdict(self.options),
             "steady": self.steady,
             "hidden": None if self.hidden is None else dataclasses.asdict(self.hidden),
+            "networks": {name: installed_sha256(name) for name in self._networks()},
             **({"neighbours": [self.neighbours, self.neighbour_step]} if self.neighbours else {}),
         }
         return dict(json.loads(json.dumps(facts)))  # as they are read back

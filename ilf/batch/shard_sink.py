@@ -27,7 +27,7 @@ from ..run.writing import colour, contents, drop_impossible
 from ..sources.frame_ref import SHARDS_FILE
 from ..sources.shards import COLOUR, DEPTH, LIST_FILE, ShardSet, ShardTable, read_shard_set, table_ends
 from .cluster import SHARED_FOLDER
-from .engine import OTHER_MACHINE, Sink, facts_here
+from .engine import OTHER_BATCH, OTHER_MACHINE, Sink, facts_here
 from .frame_record import FrameOutcome, LoadedFrame
 from .frames import BatchFrame, ListFrames, freeze, listed_frames
 from .settings import SETTINGS_FILE, BatchSettings, differences, some
@@ -141,8 +141,11 @@ class ShardSink(Sink):
         return [frames[number] for number in left]
 
     def finish(self, unit: int) -> None:
-        """Write a shard from its parts, unless another process has, and remove them."""
+        """Write a shard from its parts, unless another process has, and remove them; raises InputError, which ends the
+        batch, if another one has begun in the folder with other settings."""
         if not self._is_finished(unit):
+            if read_shard_set(self.folder).sha256 != self.shards.sha256:
+                raise InputError(OTHER_BATCH.format(folder=self.folder))
             files = [self.part(number) for number in self.shards.numbers(unit)]
             try:
                 write_shard(self.folder, self.shards.name(unit), self.shards.sha256, files)

@@ -17,7 +17,6 @@ from typing import Any
 from .._runtime.files import absolute
 from .._runtime.folders import folder_at
 from .._runtime.formatting import counted, millimetres
-from .._runtime.networks.models import model_path
 from .._runtime.termination import extended_time_limit
 from ..batch.engine import Sink, complete_many
 from ..batch.folder_sink import MANIFEST_FILE, FolderSink, open_folder
@@ -28,12 +27,11 @@ from ..batch.settings import BatchSettings
 from ..batch.shard_files import check_shards, merge_tables
 from ..batch.shard_sink import KEPT, ShardSink, open_shards
 from ..completion.confidence.expected_error import MEDIAN_NAME
-from ..errors import IlfError, InputError
+from ..errors import IlfError
 from ..io.depth_doubts import unique_warnings
 from ..io.frame_additions import guide_network
 from ..io.guide_models import is_guide_name
 from ..run.options import ExportOptions
-from ..segmentation.edges.frame_edges import CANNY_INSTEAD
 from ..sources.shards import MERGED_FILE
 from ..sources.source import Source
 from . import parsing
@@ -134,7 +132,7 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.sources or (arguments.out is None and arguments.shards is None):
         raise UsageError("Give a SOURCE, and an output folder by --out or --shards.")
     settings = _settings(arguments)
-    _warn_of_missing_networks(settings)
+    warn(parsing.missing_networks(settings.parameters, settings.blocks))  # as the message of every frame will say
     if arguments.shards is not None:
         shards = _open_given_shards(arguments, settings, partial(_frames, arguments))
         summary = BatchSummary(shards, "the tables")
@@ -155,15 +153,6 @@ def run(arguments: argparse.Namespace) -> None:
         elif not arguments.quiet:
             print(f"Written to {arguments.out}: {', '.join(files)}, and a folder for each frame.")
     summary.check_failures()
-
-
-def _warn_of_missing_networks(settings: BatchSettings) -> None:
-    """Say at once what the message of every frame will say."""
-    for name in {settings.parameters.model, settings.blocks.extraction.model}:
-        try:
-            model_path(name)
-        except InputError as error:
-            warn([f"{CANNY_INSTEAD}: {error}"])
 
 
 def _opened_folder(arguments: argparse.Namespace, settings: BatchSettings) -> FolderSink:

@@ -11,10 +11,9 @@ import numpy as np
 
 from .._runtime.formatting import covered
 from .._runtime.writing import ensure_folder, write_bytes
-from ..data.blocks import Blocks
+from ..data.blocks import Blocks, check_labels, labels_in
 from ..data.frame import RGBDFrame
 from ..drawing.blocks import stage_pictures
-from ..errors import InputError
 from ..io.block_files import BLOCK_FORMATS, read_blocks, write_blocks
 from ..io.images import encode_image
 from ..run.writing import check_not_an_input
@@ -98,8 +97,7 @@ def _report(blocks: Blocks, frame: RGBDFrame) -> list[str]:
 
 
 def _only(found: Blocks, chosen: Collection[int]) -> Blocks:
-    """Return the selected blocks."""
-    if absent := sorted(set(chosen) - set(np.unique(found.labels).tolist())):
-        raise InputError(f"--keep: there are no blocks {', '.join(map(str, absent))}. Give the numbers of others.")
+    """Return the selected blocks; raises InputError if there is no such one."""
+    check_labels(sorted(chosen), labels_in(found.labels))
     labels = np.where(np.isin(found.labels, list(chosen)), found.labels, 0).astype(np.int32)
     return replace(found, labels=labels, infos={label: found.infos[label] for label in chosen if label in found.infos})

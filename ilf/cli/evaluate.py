@@ -111,10 +111,11 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _runs(frame: RGBDFrame, settings: Sequence[tuple[Parameters, BlockChoice]]) -> tuple[list[Run], list[str]]:
-    """Make a run per parameter set, and notes. Runs with equal extraction share their blocks."""
+    """Make a run per parameter set, and notes on blocks and networks. Runs with equal extraction share their blocks."""
     made = {choice: choice.run_of(frame) for choice in dict.fromkeys(choice for _, choice in settings)}
     runs = [replace(made[choice], parameters=parameters) for parameters, choice in settings]
-    return runs, [note for run in made.values() for note in run.blocks.notes]
+    missing = (note for one in settings for note in parsing.missing_networks(*one))
+    return runs, [*missing, *(note for run in made.values() for note in run.blocks.notes)]
 
 
 def _parse_sweep(text: str) -> tuple[str, list[Value]]:

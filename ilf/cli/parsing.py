@@ -4,12 +4,13 @@ options of an export."""
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from .._runtime.files import absolute
+from .._runtime.networks.models import model_path
 from .._runtime.networks.network import DEVICE_VARIABLE, DEVICES
 from ..data.by_hand import USUAL_WEIGHT
 from ..data.declarations import Declaration, ParameterSet, Value
@@ -22,6 +23,7 @@ from ..io.images import read_mask
 from ..run.formats import FORMATS
 from ..run.options import SPACE, ExportOptions
 from ..run.run import BlockChoice
+from ..segmentation.edges.frame_edges import CANNY_INSTEAD
 from ..sources.frame_ref import KINDS, OPTIONS, FrameRef, ReadingOption, ReadingOptions
 from ..sources.neighbours import with_neighbours
 from ..sources.reading import read_frame
@@ -169,6 +171,15 @@ def settings_from(arguments: argparse.Namespace, preset: UserPreset) -> tuple[Pa
     weight = values.get("by_hand_weight", USUAL_WEIGHT)
     choice = BlockChoice(extraction, blocks, values.get("fill_gaps", False), drawn, by_hand, weight)
     return with_given(preset.parameters, arguments), choice
+
+
+def missing_networks(parameters: Parameters, blocks: BlockChoice) -> Iterator[str]:
+    """Say of each edge network of the settings that is not on this computer what takes its place."""
+    for name in {parameters.model, blocks.extraction.model}:
+        try:
+            model_path(name)
+        except InputError as error:
+            yield f"{CANNY_INSTEAD}: {error}"
 
 
 def add_given_blocks(group: argparse._ActionsContainer, flag: str) -> None:

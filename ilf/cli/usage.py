@@ -186,6 +186,8 @@ def _part(match: re.Match[str]) -> tuple[int, int] | None:
 
 _COUNT = parsed(r"0*[1-9]\d*", "an integer of at least 1", lambda match: int(match[0]))
 
+_TEXT = parsed(r"(?s).+", "a name: is a variable empty?", lambda match: match[0])
+
 VALUES: Mapping[str, Callable[[str], Any]] = {
     **dict.fromkeys(("N", "M"), _COUNT),
     **dict.fromkeys(("HZ", "UNITS", "WEIGHT"), float),
@@ -202,7 +204,7 @@ VALUES: Mapping[str, Callable[[str], Any]] = {
         lambda match: frozenset(map(int, match[0].split(","))),
     ),
 }
-"""What stands for a value in the help -> the function that reads the value; of all others, any text is taken."""
+"""What stands for a value in the help -> the function that reads the value; of all others, any text but "" is taken."""
 
 _COUNTS = {(False, False): None, (True, False): "?", (False, True): "+", (True, True): "*"}
 """Whether a positional argument may be left out, and has several values -> how argparse says that."""
@@ -250,13 +252,14 @@ def declare(group: argparse._ActionsContainer, text: str, only: Collection[str] 
         how: dict[str, Any] = {"help": explanation.replace("%", "%%")}
         if not name.startswith("--"):
             how |= {"metavar": name.strip("[]"), "nargs": _COUNTS[name.startswith("["), repeats is not None]}
+            how |= {"type": _TEXT}
             name = re.split(r"\W", how["metavar"].lower())[0] + "s" * (repeats is not None)
         elif value is None:
             how |= {"action": argparse.BooleanOptionalAction if has_opposite else "store_true"}
         elif "|" in value and not re.fullmatch(r"[A-Z|]+", value):
             how |= {"choices": value.split("|"), "default": default}
         else:
-            how |= {"metavar": value, "type": VALUES.get(value, str), "default": default}
+            how |= {"metavar": value, "type": VALUES.get(value, _TEXT), "default": default}
             how |= {"required": explanation.startswith("required")}
             how |= {"action": "append", "default": []} if repeats else {}
         group.add_argument(name, **how)

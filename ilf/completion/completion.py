@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._runtime.long_work import Steps, check_cancelled, run_beside, run_to_end
 from ..data import presets
-from ..data.blocks import Blocks, as_blocks, find_blocks
+from ..data.blocks import Blocks, as_blocks, check_labels, find_blocks
 from ..data.declarations import Value
 from ..data.frame import RGBDFrame, checked_frame
 from ..data.frame_cache import FrameCache, once_per_frame
@@ -85,8 +85,7 @@ def iterate(
     given = as_blocks(blocks, checked_frame(frame).shape)
     given = given if extraction is None else replace(given, extraction=extraction)
     found = find_blocks(given.labels)
-    if label not in found:
-        raise InputError(f"There is no block {label}. Blocks: {', '.join(map(str, found)) or 'none'}.")
+    check_labels([label], found)
     task = BlockTask.of(frame if guide is None else frame.with_guide(guide), found[label], parameters, given)
     if task.by_hand is None and not np.isfinite(task.raw).any():
         raise InputError(f"Block {label} has no known depth to iterate on. Select another block.")

@@ -48,7 +48,8 @@ def check_shape(
 ) -> None:
     """Raise InputError if the array of what is named has another shape than the array that it belongs to."""
     if found != wanted:
-        raise InputError(f"{what} is {size_text(found)}, but {whole} is {size_text(wanted)}. {remedy}")
+        given = size_text(found) if len(found) == len(wanted) else f"of shape {found}"
+        raise InputError(f"{what} is {given}, but {whole} is {size_text(wanted)}. {remedy}")
 
 
 def real_image(values: ArrayLike, name: str) -> NDArray[Any]:

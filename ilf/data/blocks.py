@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import colorsys
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -126,8 +126,16 @@ def checked_labels(labels: NDArray[np.integer], shape: tuple[int, int]) -> NDArr
     array = plain_array(labels)
     check_shape("The label map", array.shape, shape, remedy="Use blocks that were extracted from this frame.")
     if array.dtype.kind not in "biu" or (array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max)):
-        raise InputError("A label map must contain integers: 0 for no block, 1, 2, ... for blocks.")
+        raise InputError("A label map must contain integers of 32 bits: 0 for no block, 1, 2, ... for blocks.")
     return array.astype(np.int32, copy=False)
+
+
+def check_labels(labels: Iterable[object], known: Collection[int]) -> None:
+    """Raise InputError for the first label of which there is no block."""
+    for label in labels:
+        if label not in known:
+            there = ", ".join(map(str, sorted(known))) or "none"
+            raise InputError(f"There is no block {label!r:.60}. Blocks: {there}.")
 
 
 def checked_drawn(drawn: ArrayLike | None, shape: tuple[int, int]) -> NDArray[np.bool_] | None:

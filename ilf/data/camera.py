@@ -376,14 +376,17 @@ def as_camera(given: Any, shape: tuple[int, int] | None) -> Camera:
 
 
 def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Camera:
-    """Convert a preset's name, numbers, or an object as in JSON to a camera, with the image size and the model that are
-    stated, but no distortion; raise InputError if it is invalid, or of another model. An angle of view may need
-    `shape`."""
+    """Convert a preset's name, numbers, also as text, or an object as in JSON to a camera, with the image size and the
+    model that are stated, but no distortion; raise InputError if it is invalid, or of another model. An angle of view
+    may need `shape`."""
     if isinstance(given, Camera):
         return given
     if isinstance(given, str):
+        if "," in given:
+            return _from_text(given)
         if not is_preset(given):
-            raise InputError(f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. {REMEDY}")
+            remedy = "Give one, fx,fy,cx,cy, or a file to ilf.load_frame."
+            raise InputError(f"There is no intrinsics preset {given!r:.60}. Known: {', '.join(INTRINSICS)}. {remedy}")
         return INTRINSICS[given.strip().lower()]
     if not isinstance(given, Mapping):
         return camera_from_numbers(given, name)
@@ -402,6 +405,13 @@ def camera_of(given: Any, shape: tuple[int, int] | None, name: str = "") -> Came
             raise InputError(f"Intrinsics lack {', '.join(missing)}. Give fx, fy, cx and cy, or a camera matrix K.")
         found = camera_from_numbers([given[key] for key in names], name)
     return replace(found, size=size, model=FISHEYE if _told_lens(given, _FISHEYE) else "pinhole")
+
+
+def _from_text(text: str) -> Camera:
+    with told_as(InputError, f"{text!r} is not fx,fy,cx,cy[,width,height]. {REMEDY}", ValueError):
+        fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
+        width, height = (int(number) if number.is_integer() else 0 for number in more or (0.0, 0.0))
+        return Camera(fx, fy, cx, cy, size=(width, height) if more else None)
 
 
 def stated_size(data: Mapping[str, Any]) -> tuple[int, int] | None:

@@ -114,7 +114,7 @@ class Declaration:
         choices = tuple(self.choices)  # in which what no mapping takes can be looked up, too
         if self.kind is tuple:
             if isinstance(value, str) or not isinstance(value, Collection) or any(one not in choices for one in value):
-                raise self._refusal(f"any of {', '.join(choices)}", value)
+                raise self._refusal(f"a list, any of {', '.join(choices)}", value)
             return tuple(dict.fromkeys(value))
         if self.or_none and value is None:
             return None

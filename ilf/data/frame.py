@@ -211,8 +211,8 @@ class RGBDFrame:
         Depth [m], shape (H, W), any real type. NaN, infinite, zero and negative values all mean
         *missing* and become NaN, and so does invalid depth.
     intrinsics : Camera, optional
-        Needed for point clouds only. Also four numbers fx, fy, cx, cy [px], a 3 x 3 camera matrix, a mapping of either,
-        or the name of a preset (`ilf.data.camera.INTRINSICS`).
+        Needed for point clouds only. Also four numbers fx, fy, cx, cy [px], also as text "fx,fy,cx,cy", a 3 x 3 camera
+        matrix, a mapping of either, or the name of a preset (`ilf.data.camera.INTRINSICS`).
     name : str
         Name of the frame in lists and reports.
     inputs : FrameInputs, optional
@@ -313,6 +313,7 @@ class RGBDFrame:
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        check_kind(self.name, str, "The name of a frame must be text", "give it as str(name).")
         if np.ndim(self.rgb) == 2 and np.shape(self.depth)[2:] == (3,):  # depth was given first
             given: tuple[Any, Any] = self.rgb, self.depth
             object.__setattr__(self, "depth", given[0])

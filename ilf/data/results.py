@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._runtime.formatting import counted, grouped
-from ..errors import InputError
-from .blocks import Block
+from .blocks import Block, check_labels
 from .by_hand import DepthByHand
 from .frame import RGBDFrame
 from .open3d_images import image_of
@@ -331,8 +330,7 @@ class Completion:
             If a block was not run, or matplotlib is not installed (extra `plot`).
         """
         chosen = list(self.results if labels is None else labels)
-        if unknown := [label for label in chosen if label not in self.results]:
-            raise InputError(f"There is no block {unknown[0]}: choose from {', '.join(map(str, self.results))}.")
+        check_labels(chosen, self.results)
         return plot_curves({label: self.results[label].history for label in chosen})
 
     def to_open3d(self) -> Any:

@@ -110,6 +110,7 @@ def frame_without(frame: RGBDFrame, pattern: str, seed: int = 0) -> RGBDFrame:
         frame.intrinsics,
         frame.name,
         guide=frame.guide,
+        notes=frame.notes,  # what is doubted there is not doubted again
         outside_view=frame.outside_view,
         neighbours=frame.neighbours,
     )

@@ -132,7 +132,7 @@ def _stated(spec: IntrinsicsSpec) -> Any:
         return chosen_camera(spec, "The mapping of intrinsics") | {"name": spec.get("name", "")} | known
     if isinstance(spec, os.PathLike) or (isinstance(spec, str) and not is_preset(spec)):
         is_text = isinstance(spec, str) and "," in spec and not os.path.exists(spec)
-        return _from_text(str(spec)) if is_text else _from_file(os.fspath(spec))
+        return spec if is_text else _from_file(os.fspath(spec))
     return spec
 
 
@@ -142,13 +142,6 @@ _NUMBERS = re.compile(r"[-+\d.,eE\s]*,[-+\d.,eE\s]*")
 def is_numbers(text: str) -> bool:
     """Whether a text states intrinsics by numbers, not by the name of a file or a preset."""
     return _NUMBERS.fullmatch(text) is not None
-
-
-def _from_text(text: str) -> Camera:
-    with told_as(InputError, f"{text!r} is not a list of numbers. {REMEDY}", ValueError):
-        fx, fy, cx, cy, *more = (float(part) for part in text.split(","))
-        width, height = (int(number) if number.is_integer() else 0 for number in more or (0.0, 0.0))
-        return Camera(fx, fy, cx, cy, size=(width, height) if more else None)
 
 
 def _split(text: str) -> tuple[str, str]:

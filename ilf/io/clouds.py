@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._runtime.writing import write_parts
 from ..data.points import LENGTHS, PointCloud, axes_signs
-from ..errors import ExportError, ParameterError, check_kind, path_first
+from ..errors import ExportError, ParameterError, check_kind, check_path
 
 # The points of a cloud as rows, from which file formats take columns in different orders.
 
@@ -221,7 +221,7 @@ def write_cloud(
     >>> Path("cloud.xyz").read_text().split()
     ['1', '2', '3']
     """
-    path, cloud = path_first(path, cloud)
+    check_path(path)
     check_kind(cloud, PointCloud, "A cloud is written from points", "give what ilf.point_cloud returns.")
     suffix = Path(path).suffix.lower()
     if suffix not in CLOUD_SUFFIXES:

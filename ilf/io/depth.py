@@ -17,7 +17,7 @@ from .._runtime.files import FileContent, FileSource, read_file, with_dataset
 from .._runtime.formatting import counted
 from .._runtime.writing import write_bytes
 from ..data.arrays import plain_array
-from ..errors import ExportError, FormatError, path_first, told_as
+from ..errors import ExportError, FormatError, check_path, told_as
 from .depth_doubts import DepthReading, are_8_bits
 from .encodings import (
     ENCODINGS,
@@ -276,7 +276,7 @@ def write_depth(path: str | os.PathLike[str], depth: ArrayLike, units: float = 1
     >>> read_depth_values("depth.png").tolist()
     [[1500, 0]]
     """
-    path, depth = path_first(path, depth)
+    check_path(path)
     content, warnings = encode_depth(path, getattr(depth, "depth", depth), units)
     write_bytes(path, content)
     return warnings

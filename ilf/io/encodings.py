@@ -363,10 +363,12 @@ def _kind(name: str) -> str:
 
 
 def single_encoding(encoding: EncodingSpec | None, depth_units: float | None) -> EncodingSpec | None:
-    """Return the encoding given by either argument; raise ParameterError if both are given."""
+    """Return the encoding given by either argument; raise ParameterError if both are given, or it is unknown."""
     if encoding is not None and depth_units is not None:
         both = f"a depth encoding ({encoding}) and depth units ({depth_units})"
         raise ParameterError(f"Both {both} are given: give only one of them.")
+    if encoding is not None and not needs_scene(encoding):
+        encoding_of(encoding)
     return encoding if depth_units is None else checked_units(depth_units)
 
 

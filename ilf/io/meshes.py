@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .._runtime.writing import write_parts
 from ..data.points import axes_signs
 from ..data.surface import Mesh
-from ..errors import ExportError, check_kind, path_first
+from ..errors import ExportError, check_kind, check_path
 from .clouds import COLOURED_LINE, coloured, lines_of, pieces, ply_parts, rows_of
 
 # Meshes as Wavefront OBJ: text, with colours after the coordinates, as MeshLab and Blender read them.
@@ -142,7 +142,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, axes: str = "camera"
     >>> Path("mesh.obj").read_text().count("f ")
     4
     """
-    path, mesh = path_first(path, mesh)
+    check_path(path)
     check_kind(mesh, Mesh, "A mesh is written from a surface", "give what ilf.surface_mesh returns.")
     suffix = Path(path).suffix.lower()
     if suffix not in MESH_SUFFIXES:

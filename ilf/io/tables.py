@@ -7,8 +7,9 @@ import io
 import os
 import re
 from collections.abc import Iterable
+from pathlib import Path
 
-from .._runtime.writing import write_bytes
+from .._runtime.writing import ensure_folder, write_bytes
 
 _FORMULA = re.compile(r"(^|[;\t\n])(?=\s*[=+\-@＝＋－＠]|[\t\n])")
 """Places where a spreadsheet would start a formula: at the beginning of a cell, or after a character that separates
@@ -39,7 +40,9 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 
 
 def write_csv(path: str | os.PathLike[str], rows: Iterable[Iterable[object]]) -> None:
-    """Write a table in the format of `csv_text` atomically; raise ExportError if that fails."""
+    """Write a table in the format of `csv_text` atomically, in a folder that is created if missing; raise
+    ExportError if that fails."""
+    ensure_folder(Path(path).parent)
     write_bytes(path, csv_text(rows).encode(errors="backslashreplace"))  # file names may be invalid UTF-8
 
 

@@ -189,7 +189,8 @@ def replay(
         The run.json. Label map, guide, depth by hand, masks (invalid depth, drawn borders, outside view), and input
         files, also of neighbours, that have been moved are searched beside it.
     rgb, depth : path-like, optional
-        New paths of the input files; for a frame of a recording, `rgb` is that of the recording.
+        New paths of the input files; for a frame of a recording, `rgb` is that of the recording. Ground truth and
+        neighbours are also searched beside them.
     extract : bool
         Whether extracted blocks are extracted again, and compared. False takes the recorded ones from the label map
         beside the record if it is there, which is faster.
@@ -223,9 +224,8 @@ def replay(
     record, folder = read_record(path), Path(path).absolute().parent
     frame = _recorded_frame(record, folder, rgb, depth)
     places = [folder, *(Path(path).absolute().parent for path in (rgb, depth) if path is not None)]
-    frame, without_ground_truth = _with_recorded_ground_truth(
-        record, _with_recorded_neighbours(record, frame, places), folder
-    )
+    frame = _with_recorded_neighbours(record, frame, places)
+    frame, without_ground_truth = _with_recorded_ground_truth(record, frame, places)
     differences = [
         *without_ground_truth,
         *file_problems(record, folder),
@@ -252,8 +252,8 @@ def _recorded_frame(
         raise InputError("This run cannot be replayed: its frame was not read from files. Save it, and run it again.")
     note_opened(rgb, depth)
     is_whole = inputs.frame is None
-    colour = _place_of(inputs.rgb, "colour file" if is_whole else "recording", folder, rgb, is_whole)
-    found = _place_of(inputs.depth, "depth file", folder, depth) if is_whole else None
+    colour = _place_of(inputs.rgb, "colour file" if is_whole else "recording", [folder], rgb, is_whole)
+    found = _place_of(inputs.depth, "depth file", [folder], depth) if is_whole else None
     ref = replace(FrameRef.of(replace(inputs, ground_truth=None)), rgb=str(colour), depth=found and str(found))
     frame = read_frame(ref, name=record.name, beside=False)
     read = frame.inputs
@@ -305,13 +305,15 @@ def _recorded_neighbour(recorded: Neighbour, folders: Sequence[Path]) -> RGBDFra
     return frame
 
 
-def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Path) -> tuple[RGBDFrame, tuple[str, ...]]:
+def _with_recorded_ground_truth(
+    record: RunRecord, frame: RGBDFrame, folders: Sequence[Path]
+) -> tuple[RGBDFrame, tuple[str, ...]]:
     """The frame with the recorded ground truth, or unchanged with a sentence on why; no depth depends on it."""
     recorded = None if record.inputs is None else record.inputs.ground_truth
     if recorded is None:
         return frame, ()
     try:
-        found = _place_of(recorded, "ground-truth file", folder, None)
+        found = _place_of(recorded, "ground-truth file", folders)
         ground_truth, _, _ = ground_truth_of(frame, found, recorded.units, recorded.dataset)
         return frame.with_ground_truth(ground_truth, recorded), ()
     except NotAllowed:
@@ -321,10 +323,15 @@ def _with_recorded_ground_truth(record: RunRecord, frame: RGBDFrame, folder: Pat
 
 
 def _place_of(
-    recorded: InputFile, what: str, folder: Path, given: str | os.PathLike[str] | None, is_whole: bool = True
+    recorded: InputFile,
+    what: str,
+    folders: Sequence[Path],
+    given: str | os.PathLike[str] | None = None,
+    is_whole: bool = True,
 ) -> str:
-    """A file of the run: the given one, at its recorded path, or beside the record. `is_whole`: its recorded hash is
-    that of the whole file, which it has then, but for one at an address, which is compared when it has been read."""
+    """A file of the run: the given one, at its recorded path, or in one of the folders, that of the record first.
+    `is_whole`: its recorded hash is that of the whole file, which it has then, but for one at an address, which is
+    compared when it has been read."""
 
     def is_it(path: str) -> bool:
         if is_address(path):
@@ -333,8 +340,8 @@ def _place_of(
 
     first = recorded.path if given is None else os.fspath(given)
     if given is None:
-        paths = first, _file_name(first)
-        found = first_allowed(paths, folder, is_it, recorded.sha256 if is_whole else "")
+        paths = first, *(str(folder / _file_name(first)) for folder in folders)
+        found = first_allowed(paths, folders[0], is_it, recorded.sha256 if is_whole else "")
     else:
         found = first if is_it(first) else None
     if found is not None:
@@ -342,7 +349,8 @@ def _place_of(
     # a file of that name beside the record may be one of its outputs
     if is_whole and os.path.isfile(first):
         raise InputError(f"{first} is not the {what} of the recorded run: its content has changed. Give the original.")
-    raise InputError(f"{first}: there is no such file, but it is the {what} of the recorded run. Give its new path.")
+    told = f"{first}: there is no such file, but it is the {what} of the recorded run"
+    raise InputError(f"{told}. Put it beside the record, or give the frame's new path.")
 
 
 def _file_name(path: str) -> str:

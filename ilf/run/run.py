@@ -19,7 +19,7 @@ from ..completion.completion import completed_blocks
 from ..completion.extrapolation import extrapolation_steps
 from ..completion.stepper import Stepper
 from ..data import presets
-from ..data.blocks import Block, Blocks, as_blocks, find_blocks
+from ..data.blocks import Block, Blocks, as_blocks, check_labels, find_blocks, labels_in
 from ..data.by_hand import USUAL_WEIGHT, DepthByHand
 from ..data.declarations import ParameterSet, Value
 from ..data.frame import RGBDFrame, checked_frame
@@ -29,8 +29,9 @@ from ..data.pictures import html_row, plot_row
 from ..data.presets import chosen_parameters
 from ..data.results import BlockResult, Completion, Step, compose
 from ..drawing.blocks import block_overlay
-from ..errors import InputError, ParameterError, check_kind
+from ..errors import InputError, ParameterError, check_kind, warn_of_reading
 from ..io.block_files import read_blocks
+from ..io.depth_doubts import marker_doubt
 from ..io.frame_additions import load_by_hand
 from ..io.images import read_mask
 from ..segmentation.extraction import clear_stage_cache, found_blocks
@@ -111,7 +112,7 @@ class Run:
         by_hand: ArrayLike | DepthByHand | None = None,
         **changes: Value,
     ) -> Self:
-        """Make the run that `ilf.complete` executes for the same arguments."""
+        """Make the run that `ilf.complete` executes for the same arguments; warns as that does."""
         if isinstance(blocks, str | ParameterSet):
             raise ParameterError(
                 f"The second argument is the label map of the blocks, not {blocks!r:.60}: give presets and parameters "
@@ -120,6 +121,9 @@ class Run:
         keywords = inspect.signature(complete).parameters
         parameters, chosen, of_blocks = chosen_parameters(preset, extraction, changes, *keywords)
         guided = checked_frame(frame) if guide is None else checked_frame(frame).with_guide(guide)
+        if frame.inputs is None and (doubt := marker_doubt(frame.measured, frame.measured)):
+            constant = f"{frame.name}: a constant depth of {doubt.invalid_depth:.6g} m"
+            warn_of_reading(f"{constant} most likely marks missing depth, but counts as measured. Make it NaN.")
         if blocks is None:
             given = found_blocks(guided, chosen)
             clear_stage_cache(guided)
@@ -133,6 +137,7 @@ class Run:
         added: dict[str, Any] = {"drawn": drawn, "by_hand": by_hand}
         given = replace(given, **{name: value for name, value in added.items() if value is not None})
         if own is not None:
+            check_labels(own, labels_in(given.labels))
             given = given.with_parameters({label: presets.preset(one) for label, one in own.items()}, parameters)
         return cls(guided, given, parameters, extrapolate=extrapolate)._checked()
 
@@ -423,10 +428,16 @@ def complete(
     Raises
     ------
     InputError
-        If label map, drawn borders or depth by hand do not fit the frame, or depth by hand counts nowhere.
+        If label map, drawn borders or depth by hand do not fit the frame, depth by hand counts nowhere, or there is no
+        block that is to have own parameters.
     ParameterError
         For an unknown preset or parameter, a value out of range, a parameter without effect in combination with the
         others, or an object that is not parameters.
+
+    Warns
+    -----
+    DepthWarning
+        If a constant in a frame that was not read from files most likely marks missing depth, such as 65.535 m.
 
     Examples
     --------

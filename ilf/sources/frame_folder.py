@@ -20,7 +20,7 @@ from ..data.camera import as_camera, checked_transform
 from ..data.frame import RGBDFrame
 from ..errors import ExportError, FormatError, InputError, ParameterError, one_line, told_as
 from ..io.depth import write_depth
-from ..io.encodings import EncodingSpec, encoding_of, needs_scene, single_encoding
+from ..io.encodings import EncodingSpec, single_encoding
 from ..io.frame_additions import CONFIDENCE_SUFFIXES, GUIDE_SUFFIXES, is_ground_truth
 from ..io.images import encode_image
 from .frame_ref import AS_STATED, ReadingOptions
@@ -110,7 +110,7 @@ def frame_folder(folder: str | os.PathLike[str]) -> FrameFiles:
     has_meta = os.path.isfile(path)
     meta = read_json(path) if has_meta else {}
     if not isinstance(meta, dict):
-        raise FormatError(f"{path} must hold a JSON object with size, depth_units_per_m and K.")
+        raise FormatError(f"{path} must hold a JSON object with depth_units_per_m.")
     with told_as(FormatError, f"{path}: {{error}}", (InputError, ParameterError)):
         stated = converted({**meta, "name": meta.get("name") or one_line(root.name)}, Meta, META_NAME)
         options = stated.options
@@ -149,11 +149,8 @@ class StatedDepth(msgspec.Struct, kw_only=True):
 
     @property
     def encoding(self) -> EncodingSpec | None:
-        """The encoding; raises InputError or ParameterError if it is none, or is stated twice."""
-        spec = single_encoding(self.depth_encoding, self.depth_units_per_m)
-        if spec is not None and not needs_scene(spec):
-            encoding_of(spec)
-        return spec
+        """The encoding; raises ParameterError if it is none, or is stated twice."""
+        return single_encoding(self.depth_encoding, self.depth_units_per_m)
 
 
 class Meta(StatedDepth, kw_only=True):

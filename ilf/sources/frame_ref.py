@@ -192,7 +192,7 @@ class ReadingOptions:
 
     @property
     def depth_encoding(self) -> EncodingSpec | None:
-        """The encoding from `encoding` or `depth_units`; raises ParameterError if both are given."""
+        """The encoding from `encoding` or `depth_units`; raises ParameterError as `single_encoding`."""
         return single_encoding(self.encoding, self.depth_units)
 
     @property
@@ -212,7 +212,7 @@ class ReadingOptions:
 
     def checked(self) -> Self:
         """The same options; raises ParameterError if both an encoding and units are given, the minimum confidence is
-        not a number, the time gap is no duration, or there is no such view or kind of guide."""
+        not a number, the time gap is no duration, or there is no such encoding, view or kind of guide."""
         single_encoding(self.encoding, self.depth_units)
         for name, known in (("view", VIEWS), ("guide_gives", get_args(Gives))):
             if (value := getattr(self, name)) not in {None, *known}:

@@ -13,7 +13,7 @@ import msgspec
 from .._runtime.files import read_file, split_dataset
 from .._runtime.schema import converted
 from ..errors import FormatError, ParameterError, told_as
-from ..io.encodings import encoding_of, single_encoding
+from ..io.encodings import single_encoding
 from .file_patterns import alternatives, check_pattern, placeholders
 
 GIVEN = "given"
@@ -116,8 +116,6 @@ def layout_of(values: Mapping[str, Any], name: str, where: str) -> Layout:
         named = {} if dataset is None else {"depth": depth, "dataset": dataset}
         layout = converted({**values, **named, "name": name}, Layout, f"layout {name!r}", strict=False)
         given = single_encoding(layout.encoding, layout.units)
-        if layout.encoding not in {None, "bop"}:
-            encoding_of(layout.encoding or "")
         if layout.distance == "ray" and (isinstance(given, str) or not (layout.K or layout.depth_K)):
             raise ParameterError("distance=ray needs K, and units instead of an encoding.")
         patterns = layout.rgb, layout.depth, layout.truth, layout.confidence, layout.pose

@@ -11,6 +11,7 @@ from .._runtime.addresses import Address
 from .._runtime.files import is_address, open_file
 from .._runtime.formatting import counted, natural
 from ..errors import InputError, ParameterError, cause
+from ..io.cameras import frame_camera
 from ..io.kinds import UNPACK, kind_at
 from .copies import address_of, names_at, restored
 from .data_sets import has_time_lists, is_sun, sun_frame, timed_frames
@@ -85,7 +86,8 @@ def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STA
     Raises
     ------
     InputError
-        If there is no such folder, it cannot be read, it contains no frames, or its depth would be misread.
+        If there is no such folder, it cannot be read, it contains no frames, its depth would be misread, or there are
+        no such intrinsics.
     FormatError
         If its lists by time, its calibrations or the layout are damaged.
     ParameterError
@@ -100,6 +102,9 @@ def list_frames(folder: str | os.PathLike[str], options: ReadingOptions = AS_STA
     ['room']
     """
     options = options.checked()
+    for camera in (options.intrinsics, options.depth_intrinsics):
+        if not is_address(camera):
+            frame_camera(camera, None)
     found = _at_address(Address(folder), options) if is_address(folder) else _listed(Path(folder).absolute(), options)
     note_opened(folder, *options.camera_paths.values())
     return found

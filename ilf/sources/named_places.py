@@ -51,7 +51,7 @@ class NotAllowed(InputError):
         options = " ".join(f"--allow-address {shlex.quote(one)}" for one in dict.fromkeys(map(_prefix, self.places)))
         super().__init__(
             f"A file names {' and '.join(self.places)} outside its own folder or store, which was never opened here. "
-            f"If you trust it, allow it by {options} (in Python: ilf.sources.allow_address)."
+            f"If you trust it, allow it by {options} (in Python: allow_address of ilf.sources)."
         )
 
     def __reduce__(self) -> tuple[type[NotAllowed], tuple[str, ...]]:

@@ -9,15 +9,19 @@ import contextlib
 import json
 import re
 import shlex
+from dataclasses import fields
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from ilf.batch.frame_record import FrameOutcome
 from ilf.cli import main
 from ilf.data.parameters import PRESETS
 from ilf.evaluation.bench.methods import METHODS
+from ilf.run.curves import CURVE_COLUMNS
+from ilf.sources.frame_folder import Meta
 
 from .batch_frames import work_in_this_process
 
@@ -162,6 +166,12 @@ def test_every_command_of_the_documents_is_known_here():
     loose = [line for line in indented(COMMANDS) if not line.startswith(PREFIX)]
     assert not loose, "only ilf's own commands stand there"
     assert set(commands(README)) <= set(commands()), "what README shows is explained in commands.md"
+
+
+def test_all_that_files_of_a_frame_and_tables_state_is_explained():
+    stated = {*Meta.__struct_fields__, *CURVE_COLUMNS, *(column.name for column in fields(FrameOutcome))}
+    told = {word for text in re.findall(r"`([^`\n]+)`", COMMANDS) for word in re.findall(r"\w+", text)}
+    assert stated - told == {"truth_mae_m", "truth_rmse_m"}, "`truth_...` stands for these"
 
 
 def test_readme_sets_up_and_tests_a_clone_by_one_line_each():

@@ -21,7 +21,7 @@ from ilf._runtime.formatting import grouped, millimetres
 from ilf._runtime.networks.models import BUNDLED, CORRECTION, SPARSE_CORRECTION
 from ilf.batch.cluster import run_on_cluster
 from ilf.batch.engine import complete_frame, complete_many
-from ilf.batch.folder_sink import FolderSink, open_folder
+from ilf.batch.folder_sink import open_folder
 from ilf.batch.frame_record import LoadedFrame, read_frame, read_frame_record
 from ilf.batch.frames import folder_name, frames_of_sources, named_frames, sample_name, shard_of, slice_frames
 from ilf.batch.pictures import depth_levels, read_preview
@@ -261,6 +261,9 @@ def test_previews_share_their_colours(source, tmp_path, begun):
         ("SOURCE --out OUT --seeds 2", "add --hold-out", 2),
         ("SOURCE --out OUT --dask 127.0.0.1:1 --jobs 2", "leave out --jobs", 2),
         ("SOURCE --out OUT --invalid-mask missing.png", "missing.png", 1),
+        ("SOURCE --out OUT --depth-encoding mmm", "Did you mean mm?", 1),
+        ("SOURCE --out OUT --intrinsics kinectt", "Did you mean kinect-v2?", 1),
+        ("SOURCE --out OUT --depth-intrinsics 525,525", "is not fx,fy,cx,cy", 1),
         ("SOURCE --out OUT --keep depth", "add --shards", 2),
         ("SOURCE", "an output folder by --out or --shards", 2),
         ("SOURCE --shards OUT --out elsewhere", "--shards replaces --out", 2),
@@ -448,9 +451,7 @@ def test_steady_depth_keeps_the_pose(tmp_path, begun, capsys):
 def test_frames_whose_cloud_cannot_be_in_the_world_fail_before_they_are_run(source, tmp_path, monkeypatch):
     monkeypatch.setattr(ilf.Run, "complete", lambda *_, **__: pytest.fail("was run"))
     first = replace(frames_in(source)[0], source=frames_in(source)[0].source.with_options(intrinsics="30,30,16,12"))
-    (tmp_path / "out").mkdir()
-    settings = replace(SETTINGS, options=ExportOptions(axes="world"))
-    batch = FolderSink(settings=settings, folder=tmp_path / "out", sha256="", levels=(1.0, 3.0))
+    batch = open_folder([first], tmp_path / "out", replace(SETTINGS, options=ExportOptions(axes="world")))
     outcome = complete_frame(batch, first)
     assert outcome.message.startswith("The pose of this frame's camera is not known")
 

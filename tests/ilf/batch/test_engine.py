@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import ilf
 from ilf.cli import main
 from ilf.sources.opening import close_all
 
@@ -82,6 +83,22 @@ def test_what_is_done_is_not_done_again(source, out, begun, alone):
     assert len(begun) == 5
     assert out.results() == alone
     assert out.rows() == [(key, "completed") for key in KEYS]
+
+
+def test_of_two_batches_in_one_place_with_other_settings_one_ends(source, out, begun, monkeypatch, capsys):
+    complete, store = ilf.Run.complete, fsspec.filesystem("memory" if out.kind == "address" else "file")
+
+    def disturbed(run, **how):
+        """Another batch has seen nothing there, either."""
+        monkeypatch.setattr(ilf.Run, "complete", complete)
+        place = out.place.removeprefix("memory://")
+        store.rm(f"{place}/{'batch' if out.kind == 'folder' else 'shards'}.json")
+        assert main(out.command(source, "--extrapolate")) == 0
+        return complete(run, **how)
+
+    monkeypatch.setattr(ilf.Run, "complete", disturbed)
+    assert main(out.command(source)) == 1
+    assert "Another batch has begun in " in capsys.readouterr().err
 
 
 def test_failed_frames_are_told_and_tried_again_on_request(source, out, begun, alone, capsys):

@@ -139,7 +139,8 @@ def test_a_missing_edge_network_is_said_by_every_command(files, capsys, cli):
         assert len(warnings) == 1
         assert warnings[0].startswith("ilf: warning: Canny's edges replace those of the network: ")
     filters = ["complete", *files, "--no-cloud", "--out", "own", "--quiet", "--preset", "best", "--model", "mine"]
-    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"]):
+    evaluation = ["evaluate", *files, "--hold-out", "random", "--seeds", "1", "--model", "mine"]
+    for command in (filters, ["complete", "--replay", "own/run.json", "--out", "own-again", "--quiet"], evaluation):
         assert main(command) == 0
         note = "Canny's edges replace those of the network: There is no edge network 'mine'"
         assert capsys.readouterr().err.count(note) == 1
@@ -248,7 +249,7 @@ def test_blocks_are_extracted_around_those_that_stay(files, capsys, cli):
     assert 7 not in labels
     assert main(["blocks", *files, "--out", "b.png", "--from", "drawn.png", "--keep", "7", "--quiet"]) == 0
     np.testing.assert_array_equal(read_labels("b.png"), np.where(drawn == 7, 7, 0))
-    assert "there are no blocks 3." in fails(cli, *again, "--keep", "9,3")
+    assert "no block 3. Blocks: " in fails(cli, *again, "--keep", "9,3")
 
 
 @pytest.mark.parametrize(("kind", "prefix"), [(ilf.Parameters, "--"), (ilf.BlockParameters, "--blocks-")])
@@ -561,11 +562,13 @@ _NO_EFFECT = "has no effect with {0} {1}; it belongs to {0} {2}."
         ("info room.ilf", "room.ilf is a project: use `ilf project info`."),
         ("info in -K K.txt", "no option -K. Did you mean --intrinsics?"),
         ("bench", "FOLDER"),
+        ("complete EMPTY", "INPUT: '' is not a name"),
+        ("batch in --out EMPTY", "--out: '' is not a name"),
     ],
 )
 def test_wrong_usage_is_one_line_that_says_what_is_meant(words, sentence, files, cli):
     before = sorted(Path().iterdir())
-    assert sentence in fails(cli, *words.split(), status=2)
+    assert sentence in fails(cli, *(word.replace("EMPTY", "") for word in words.split()), status=2)
     assert sorted(Path().iterdir()) == before
 
 

@@ -120,12 +120,12 @@ def test_evaluate_prints_one_json_document(files, capsys, cli):
 
 
 def test_evaluate_on_hold_out_is_the_default_without_ground_truth(files, cli):
-    captured = cli("evaluate", *files, "--seeds", "2", "--csv", "table.csv", "--progress", *QUICK)
+    captured = cli("evaluate", *files, "--seeds", "2", "--csv", "new/table.csv", "--progress", *QUICK)
     assert "2 hold-outs" in captured.out
     assert "0 % |" in captured.err
     run = ilf.Run.of(ilf.load_frame(*files), preset=ilf.preset(max_iterations=25))
     result = evaluate_hold_out(run, HoldOutTest("areas", (0, 1)))
-    with open("table.csv", newline="") as stream:
+    with open("new/table.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["block"] for row in rows] == ["", "1", "2"]
     assert float(rows[0]["rmse_m"]) == result.whole.rmse

@@ -110,7 +110,7 @@ def test_curves_error_and_blocks_are_plotted(small_frame, small_labels):
     assert [text.get_text() for text in sigma.get_legend().get_texts()] == ["Block 1"]
     iterated = sum(bool(records) for records in completion.history.values())
     assert len(completion.plot_curves()[1].lines) == iterated > 1
-    with pytest.raises(ilf.IlfError, match="no block 99: choose from 1, "):
+    with pytest.raises(ilf.IlfError, match="no block 99"):
         completion.plot_curves([99])
 
     error = completion.plot_error()[1].images[0].get_array()
@@ -314,10 +314,16 @@ def test_an_error_in_a_thread_comes_out_at_next(small_frame, small_labels, monke
         ilf.complete(small_frame, small_labels, ilf.preset("released-code", max_iterations=100_000), threads=2)
 
 
+def test_a_constant_in_the_place_of_missing_depth_is_doubted_in_arrays_as_in_files(small_frame, small_labels):
+    marked = small_frame.changed(depth=np.where(small_frame.known, small_frame.depth, 65.535))
+    with pytest.warns(ilf.DepthWarning, match=r"65\.535 m most likely marks missing depth"):
+        ilf.complete(marked, small_labels, "paper", max_iterations=1)
+
+
 def test_depth_that_is_not_positive_is_no_depth():
     """Beside a step the filter swings below 0: there the pixel stays missing, and is counted."""
-    depth = np.full((30, 30), 9.0)
-    depth[:, :15] = 0.15
+    depth = np.linspace(8.9, 9.0, 900).reshape(30, 30)
+    depth[:, :15] /= 60
     depth[5:25, 10:15] = np.nan
     frame = ilf.RGBDFrame(np.zeros((30, 30, 3), np.uint8), depth)
     parameters = ilf.preset("paper", shortest_wavelength=6.0, rgb_iterations=0)

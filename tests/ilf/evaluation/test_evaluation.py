@@ -123,6 +123,12 @@ def test_errors_on_hidden_depth_are_pooled_over_seeds_and_told_by_block(run):
     assert alone.blocks == {2: replace(result.blocks[2], within=alone.blocks[2].within)}
 
 
+def test_a_camera_is_doubted_once(run):
+    with pytest.warns(ilf.DepthWarning, match="principal point"):
+        doubted = run.frame.changed(intrinsics=(60, 60, 5, 5))
+    ilf.evaluate_hold_out(replace(run, frame=doubted))
+
+
 def test_runs_are_compared_on_what_both_fill(run):
     test = ilf.HoldOutTest("areas", (0,))
     # of block 2, whose known depth is too little for it, nothing comes back

@@ -255,7 +255,7 @@ def test_what_cannot_be_made_is_refused_or_left_out(completion, tmp_path, cli, m
 
 
 def test_unknown_formats_are_refused(tmp_path, capsys, cli):
-    with pytest.raises(ParameterError, match=r"exports must be any of exr, tum\.png, .*'jpg'"):
+    with pytest.raises(ParameterError, match=r"exports must be a list, any of exr, tum\.png, .*'jpg'"):
         ExportOptions(exports=("jpg",))
     assert "no export with this extension" in cli("complete", *small_files(tmp_path), "--export", "coco", status=1).err
     assert main(["batch", str(tmp_path / "frames"), "--out", str(tmp_path / "all"), "--export", "x.coco.json"]) == 2

@@ -12,6 +12,7 @@ from ilf._runtime.installation import asset_path
 from ilf.errors import InputError
 from ilf.io.block_files import write_blocks
 from ilf.io.depth import read_depth_values
+from ilf.io.frame_additions import with_ground_truth_file
 from ilf.io.images import encode_mask
 from ilf.run.options import ExportOptions
 from ilf.run.record import array_sha256, read_record
@@ -96,8 +97,11 @@ def test_inputs_replaced_between_reading_and_writing_do_not_pass(tmp_path):
 
 
 def test_replay_finds_moved_inputs_when_told_or_beside_the_record(tmp_path):
-    path = written(small_run(tmp_path), tmp_path / "out")
-    moved = [file.rename(tmp_path / file.name) for file in (tmp_path / "in" / "rgb.png", tmp_path / "in" / "depth.png")]
+    run, names = small_run(tmp_path), ("rgb.png", "depth.png", "truth.npy")
+    ilf.write_depth(tmp_path / "in" / "truth.npy", np.full(run.frame.shape, 1.5))
+    frame = with_ground_truth_file(run.frame, tmp_path / "in" / "truth.npy")
+    path = written(replace(run, frame=frame), tmp_path / "out")
+    *moved, _ = [(tmp_path / "in" / name).rename(tmp_path / name) for name in names]
     with pytest.raises(InputError, match=r"rgb\.png: there is no such file"):
         ilf.replay(path)
     replayed(path, tmp_path / "again", *moved)

@@ -49,6 +49,17 @@ def test_a_write_protected_file_is_not_replaced(tmp_path, write):
     assert [(one, one.read_bytes()) for one in tmp_path.iterdir()] == [(path, b"mine")]
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of POSIX")
+@pytest.mark.parametrize("write", [write_bytes, _as_a_set])
+def test_a_pipe_is_not_replaced_by_a_file(tmp_path, write):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("pipe")
+    for path in (tmp_path / "pipe", tmp_path / "link"):
+        with pytest.raises(ExportError, match="device or a pipe"):
+            write(path, b"new")
+    assert (tmp_path / "link").is_fifo()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="forks")
 @pytest.mark.parametrize("name", ["run", "sample", "project"])
 def test_a_writer_that_is_killed_leaves_a_whole_set(tmp_path, name):
