@@ -273,8 +273,8 @@ def test_the_list_as_a_table(document, workspace, tmp_path):
         "3",
     )
     assert (first["smoothness [x]"], second["smoothness [x]"]) == ("1.0", "")
-    with pytest.raises(ExportError, match="no such file or folder"):
-        write_runs(tmp_path / "none" / "runs.csv", document, document.state.runs)
+    with pytest.raises(ExportError, match="cannot be created"):
+        write_runs(tmp_path / "runs.csv" / "runs.csv", document, document.state.runs)
 
 
 def test_an_empty_table_has_the_heading_of_the_names(qtbot):
