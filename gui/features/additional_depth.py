@@ -28,7 +28,7 @@ from ..base.needs import Need
 from ..state.document import Document
 from ..state.parts import Part
 from ..state.workspace import Entry
-from ..widgets.basics import TEXT, Message, command_button, form, group, lay_out, open_once, row, scrolled
+from ..widgets.basics import TEXT, Message, add_layout, command_button, form, group, lay_out, open_once, row, scrolled
 from ..widgets.docks import PanelGroup
 from ..widgets.file_choice import choose_file
 from ..widgets.notices import error_text
@@ -157,12 +157,12 @@ class AdditionalDepthPanel(Panel):
         section.compare.clicked.connect(lambda: self.compare(kind))
         column.addWidget(section.message)
         if numbers is not None:
-            column.addLayout(numbers)
+            add_layout(column, numbers)
         buttons = [command_button(self.context.actions[name], TEXT) for name in commands]
         for button in buttons:
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        column.addLayout(row(*buttons))
-        column.addLayout(row(section.show, section.compare))
+        add_layout(column, row(*buttons))
+        add_layout(column, row(section.show, section.compare))
         column.addWidget(section.effect)
         self._sections[kind] = section
         return box

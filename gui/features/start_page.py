@@ -27,7 +27,16 @@ from ilf.sources.listing import list_frames
 
 from ..base import theme
 from ..base.paths import contains_frames
-from ..widgets.basics import TEXT_BESIDE_ICON, Message, PlainLabel, Themed, command_button, lay_out, literal_text
+from ..widgets.basics import (
+    TEXT_BESIDE_ICON,
+    Message,
+    PlainLabel,
+    Themed,
+    add_layout,
+    command_button,
+    lay_out,
+    literal_text,
+)
 from .context import Context, Feature
 from .documents.feature import DocumentsFeature
 from .documents.recent import Origin, key_of, name_of
@@ -101,7 +110,7 @@ class StartPage(Themed, QWidget):
             QVBoxLayout(middle), None, _heading(), margins=(_MARGIN, _MARGIN, _MARGIN, _MARGIN), spacing=12
         )
         column.addSpacing(12)
-        column.addLayout(buttons)
+        add_layout(column, buttons)
         column.addWidget(self._message)
         column.addSpacing(12)
         column.addWidget(self.title)

@@ -31,6 +31,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from shiboken6 import invalidate
 
 from ..base import theme
 
@@ -180,8 +181,25 @@ def lay_out(
         elif isinstance(part, QWidget):
             box.addWidget(part, stretch)
         else:
-            box.addLayout(part, stretch)
+            add_layout(box, part, stretch)
     return box
+
+
+def add_layout(box: QBoxLayout, part: QLayout, stretch: int = 0) -> None:
+    """Add a layout to a row or column, without what PySide remembers of its items (PySide 6.11): it would take what is
+    later allocated at the address of a deleted one for that item, which crashes."""
+    box.addLayout(part, stretch)
+    _forget_items(part)
+
+
+def _forget_items(layout: QLayout) -> None:
+    for place in range(layout.count()):
+        item = layout.itemAt(place)
+        inner = None if item is None else item.layout()
+        if inner is not None:
+            _forget_items(inner)
+        elif item is not None:
+            invalidate(item)
 
 
 class Late(QWidget):

@@ -378,9 +378,8 @@ class ParameterSection(QWidget):
 
     def order_tabs(self) -> None:
         """Let the Tab key reach its rows from top to bottom, in whatever order they were made."""
-        items = filter(None, map(self.rows.itemAt, range(self.rows.count())))
-        rows = [item.widget() for item in items]
-        controls = [control for row in rows if isinstance(row, ParameterRow) for control in row.controls]
+        rows = sorted(self.findChildren(ParameterRow), key=self.rows.indexOf)
+        controls = [control for row in rows for control in row.controls]
         for control, following in pairwise([self.header, *controls]):
             QWidget.setTabOrder(control, following)
 

@@ -1,6 +1,7 @@
 """Each control of each dialog is heard: with it changes something else that is seen, what the dialog asks for, or what
 is remembered."""
 
+import gc
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -18,8 +19,9 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QTabWidget,
     QWidget,
+    QWidgetItem,
 )
-from shiboken6 import isValid
+from shiboken6 import getAllValidWrappers, isValid
 
 from gui.features.export.feature import ExportFeature
 from gui.features.project.closing import CloseDialog
@@ -188,3 +190,15 @@ def test_enter_in_the_question_before_closing_loses_nothing(opened, rows):
     dialog.show()
     QTest.keyClick(dialog, Qt.Key.Key_Return)
     assert not lost
+
+
+def test_no_item_of_a_layout_is_remembered(opened, qtbot):
+    """PySide would take what is later allocated in the place of a deleted one for it, which crashes."""
+    for toggle in opened.panels.toggles():
+        opened.panels.reveal(toggle.text())
+        settle(opened, qtbot)
+    for name in ("export", "open", "hold_out_test", "sweep", "shortcuts"):
+        opened.actions_[name].trigger()
+        in_front(opened, QDialog).close()
+    gc.collect()
+    assert not [one for one in getAllValidWrappers() if isinstance(one, QWidgetItem)]

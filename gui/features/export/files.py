@@ -19,7 +19,7 @@ from ilf.run.options import DEPTH, SPACE, ExportOptions
 from ilf.run.run import Run
 from ilf.run.writing import filenames
 
-from ...widgets.basics import Message, combo, form, group, label_of, lay_out, literal_text, typed_list
+from ...widgets.basics import Message, add_layout, combo, form, group, label_of, lay_out, literal_text, typed_list
 
 _OPTIONS_KEY = "export/files"
 """Settings key of the last choice; without PNG units, if they were the input's."""
@@ -246,14 +246,14 @@ def _add_field(column: QVBoxLayout, field: OptionField) -> None:
         pairs.setColumnStretch(1, 1)
         for number, box in enumerate(field.boxes.values()):
             pairs.addWidget(box, *divmod(number, 2))
-        column.addLayout(pairs)
+        add_layout(column, pairs)
         return
     for box in field.boxes.values():
         column.addWidget(box)
     if field.choice is not None and field.boxes:
         column.addWidget(field.choice)
     elif field.choice is not None:
-        column.addLayout(form((label_of(field.declaration.label, field.choice), field.choice)))
+        add_layout(column, form((label_of(field.declaration.label, field.choice), field.choice)))
 
 
 def check(text: str, hint: str) -> QCheckBox:
