@@ -123,8 +123,8 @@ _REMEDY = "Export depth alone, as one channel Z."
 
 
 def read_exr(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W) from the first part, float16, float32 or uint32, in a child: its channel Z, its only one, or
-    three equal ones.
+    """Read depth (H, W) from the first part, float16, float32 or uint32, in a child: its channel Z, its only one, the
+    only one of red, green and blue that holds more than one value, or three equal ones.
 
     Raises
     ------
@@ -150,6 +150,7 @@ def _exr_depth(file: FileContent) -> NDArray[Any]:
     if len(image.parts) != len(headers):
         raise ValueError("its pixels cannot be decoded")
     found = [image.channels(0)[name].pixels for name in names]
+    found = [values for values in found if np.ptp(values)] or found[:1]  # Unity has depth in red, the others are 0
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
         raise FormatError(f"{file}: its channels {', '.join(names)} differ: this is colour, not depth. {_REMEDY}")
     return np.ascontiguousarray(found[0])
