@@ -113,7 +113,7 @@ def test_units_that_a_name_or_the_bits_say_are_told(save, name, encoding):
     ("stored", "told"),
     [
         (STORED["float16"], r"float16 gives 2\.\d\d m"),
-        (4 * MM, r"with 5000 units per metre it would be 1\.85 m.*with 4000 2\.31 m\.$"),
+        (4 * MM, r"with 5000 units per metre it would be 1\.85 m.*with 4000 2\.31 m, with 6553\.5 1\.41 m\.$"),
     ],
     ids=["half floats", "L515"],
 )
