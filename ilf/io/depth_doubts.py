@@ -614,7 +614,7 @@ def _normalised(read: DepthReading) -> PlausibilityWarning | None:
         return None
     return PlausibilityWarning(
         f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, in no "
-        f"unit. Give zbuffer:NEAR,FAR, m/FAR or disparity:1 as the encoding, or {unit} if they are depth."
+        f"unit. Give zbuffer:NEAR,FAR, m/FAR, m/NEAR,FAR or disparity:1 as the encoding, or {unit} if they are depth."
     )
 
 

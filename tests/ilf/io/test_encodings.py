@@ -76,6 +76,7 @@ SIMULATED = {
     "m/10.00": (np.where(KNOWN, SEEN / FAR, np.nextafter(np.float32(1), 2)).astype(np.float32), "depth.npy", 1e-6),
     "m/10": ((SEEN / FAR).astype(np.float32), "depth.npy", 1e-6),
     "M/10.0": (np.rint(65535 * SEEN / FAR).astype(np.uint16), "depth.png", 1e-4),
+    "m/0.5,10": ((np.where(KNOWN, SEEN - 0.5, 0) / 9.5).astype(np.float32), "depth.npy", 1e-6),
     "disparity:60,12": (np.where(KNOWN, 60 / SEEN - 12, np.inf).astype(np.float32), "depth.npy", 1e-5),
     "float32": (np.where(KNOWN, SEEN, np.inf).astype("<f4").view(np.uint8).reshape(H, W, 4), "depth.png", 1e-6),
     "rgb24:10": (CHANNELS[..., ::-1], "depth.png", 1e-6),  # red is written last
@@ -144,7 +145,8 @@ def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):
 
 
 @pytest.mark.parametrize(
-    "spec", ["zbuffer", "zbuffer:1", "zbuffer:2,1", "zbuffer:0,9", "zbuffer:1,9,up", "m/", "m/-1", "rgb24", "bgr24:x"]
+    "spec",
+    ["zbuffer", "zbuffer:1", "zbuffer:2,1", "zbuffer:0,9", "zbuffer:1,9,up", "m/", "m/-1", "m/2,1", "rgb24", "bgr24:x"],
 )
 def test_numbers_of_a_renderer_that_are_none_are_told_with_their_form(save, spec):
     with pytest.raises(ParameterError, match=r"zbuffer:NEAR,FAR|m/FAR|24:METRES|positive"):
