@@ -580,10 +580,10 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
         outside = f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
         if not in_file:
             raise InputError(f"{outside}Depth must be in metres: divide it, such as depth / 1000.0 for millimetres.")
-        direction, other = ("larger", ", or inverse depth, as of MiDaS") if median > high else ("smaller", "")
+        direction, other = ("larger", " Estimates of MiDaS are inverse depth.") if median > high else ("smaller", "")
         raise InputError(
             f"{outside}The depth units or the encoding are probably wrong: try a {direction} number of file units per "
-            f"metre (1000 for millimetres, 100 for centimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres){other}."
+            f"metre (1000 for millimetres, 100 for centimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres).{other}"
         )
     _check_extremes(known)
     return median

@@ -181,6 +181,7 @@ def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
     """Return one channel, or red, green and blue, which must then be equal: of a layer called depth, such as
     ViewLayer.Depth.Z of Blender beside ViewLayer.Normal.Z, or else Z, or else of the image."""
+    names = [name for name in names if name.rpartition(".")[2] != "A"] or names
     layer = [name for name in names if "depth" in name.lower().split(".")]
     layer = layer or [name for name in names if "depth" in name.lower()]
     by_name = layer or [name for name in names if name.lower().rpartition(".")[2] == "z"]
