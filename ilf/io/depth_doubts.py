@@ -517,11 +517,12 @@ _AT_CAMERA, _NEARER = 0.1, 0.02
 
 
 def _share_at_camera(read: DepthReading) -> float:
-    """The share of the pixels of floats that would be impossibly near, in many values, as inverse depth of what is far,
-    of networks; 0 for few."""
+    """The share of the pixels of floats without gaps, at whose borders they may be interpolated, that would be
+    impossibly near, in many values, as inverse depth of what is far, of networks; 0 for few."""
     near = read.metres[read.metres < min(_AT_CAMERA, _NEARER * read.median)]
-    is_many = near.size >= _LEAST_SHARE * read.metres.size and np.unique(near).size >= _FEWEST_VALUES
-    return near.size / read.metres.size if is_many and read.values.dtype.kind == "f" else 0.0
+    is_dense = read.values.dtype.kind == "f" and np.isfinite(read.metres).mean() >= _LIKELY_SHARE
+    share = near.size / read.metres.size
+    return share if is_dense and share >= _LEAST_SHARE and np.unique(near).size >= _FEWEST_VALUES else 0.0
 
 
 def _is_inverse(read: DepthReading) -> bool:
