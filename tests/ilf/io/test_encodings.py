@@ -200,6 +200,7 @@ def test_bop_takes_the_scale_of_the_very_image(tmp_path, save):
         frame = ilf.load_frame(rgb, depth, encoding="bop")
         assert float(np.nanmedian(frame.depth)) == 2.0
         assert frame.inputs.depth_units == 1000 / scale
+        assert f"{1000 / scale:g} (2.00 m)" in "".join(ilf.load_frame(rgb, depth, warn=False).notes)
     rgb, depth = save(MM, "depth/000004.png")
     with pytest.raises(InputError, match="no entry for 000004"):
         ilf.load_frame(rgb, depth, encoding="bop")
