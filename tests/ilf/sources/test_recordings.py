@@ -187,7 +187,9 @@ def test_one_of_several_cameras_is_chosen_and_named(tmp_path):
             out.image(f"/{camera}/color/image_raw", COLOUR + np.uint8(add), "rgb8", 0, f"{camera}_colour")
             out.image(f"/{camera}/infra/image_raw", COLOUR[..., 0], "mono8", 0, f"{camera}_infra")
             out.image(f"/{camera}/depth/image_rect_raw", DEPTH, "16UC1", 0, f"{camera}_depth")
-        out.image("/right/aligned_depth_to_color/image_raw", DEPTH + np.uint16(7) * (DEPTH > 0), "16UC1", 0, "right_colour")
+        out.image(
+            "/right/aligned_depth_to_color/image_raw", DEPTH + np.uint16(7) * (DEPTH > 0), "16UC1", 0, "right_colour"
+        )
     path = tmp_path / "recording.bag"
     source = ilf.open_source(path)
     assert source.is_registered
