@@ -150,7 +150,7 @@ def _exr_depth(file: FileContent) -> NDArray[Any]:
     if len(image.parts) != len(headers):
         raise ValueError("its pixels cannot be decoded")
     found = [image.channels(0)[name].pixels for name in names]
-    found = [values for values in found if np.ptp(values)] or found[:1]  # Unity has depth in red, the others are 0
+    found = [values for values in found if values.min() != values.max()] or found[:1]  # Unity: depth in red alone
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
         raise FormatError(f"{file}: its channels {', '.join(names)} differ: this is colour, not depth. {_REMEDY}")
     return np.ascontiguousarray(found[0])
