@@ -66,7 +66,7 @@ MEDIAN_DEPTH_RANGE = (0.1, 50.0)
 USUAL_MEDIAN_DEPTH = (0.3, 6.0)
 """Range of the median depth [m] of nearly all frames of depth cameras."""
 
-COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 1.0)
+COMMON_DEPTH_UNITS = (1000.0, 5000.0, 10_000.0, 4000.0, 6553.5, 1.0)
 """File units per metre in common use, the most common first."""
 
 _USUAL_NEAREST = (0.15, 3.1)
@@ -581,10 +581,10 @@ def check_depth_scale(depth: NDArray[np.floating], *, in_file: bool = True) -> f
         outside = f"The median depth would be {median:.4g} m, outside {low:g}-{high:g} m. "
         if not in_file:
             raise InputError(f"{outside}Depth must be in metres: divide it, such as depth / 1000.0 for millimetres.")
-        direction = "larger" if median > high else "smaller"
+        direction, other = ("larger", " Estimates of MiDaS are inverse depth.") if median > high else ("smaller", "")
         raise InputError(
             f"{outside}The depth units or the encoding are probably wrong: try a {direction} number of file units per "
-            "metre (1000 for millimetres, 100 for centimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres)."
+            f"metre (1000 for millimetres, 100 for centimetres, 5000 for TUM, 10000 for 0.1 mm, 1 for metres).{other}"
         )
     _check_extremes(known)
     return median

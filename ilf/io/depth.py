@@ -6,6 +6,7 @@ import io
 import os
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ from .._runtime.files import FileContent, FileSource, read_file, with_dataset
 from .._runtime.formatting import counted
 from .._runtime.writing import write_bytes
 from ..data.arrays import plain_array
-from ..errors import ExportError, FormatError, check_path, told_as
+from ..errors import ExportError, FormatError, IlfError, check_path, told_as
+from .cameras import CAMERA_FILE, camera_of_image
 from .depth_doubts import DepthReading, are_8_bits
 from .encodings import (
     ENCODINGS,
@@ -163,11 +165,19 @@ def eight_bit_error(path: object, channels: int = 1) -> FormatError:
     return FormatError(f"{told}. If it is the colour image, the two were swapped.{simulated if channels > 2 else ''}")
 
 
+def _scene_scale(file: FileContent, _dataset: str | None) -> dict[str, tuple[float, ...]]:
+    """The scale that a scene of BOP states beside an image; none elsewhere."""
+    with suppress(IlfError):
+        scale = camera_of_image(file.path)[1]
+        return {f"depth_scale {scale:g} in {CAMERA_FILE}": (1000 / scale,)}
+    return {}
+
+
 _SCALES: dict[str, Callable[[FileContent, str | None], dict[str, tuple[float, ...]]]] = {
     ".npz": lambda file, _dataset: npz_scales(file),
     **dict.fromkeys(HDF5_SUFFIXES, hdf5_scales),
 }
-"""Suffix -> what finds the scales that such files state beside depth."""
+"""Suffix -> what finds the scales that such files state beside depth; those of images are stated in other files."""
 
 _SAYS_RELATIVE = re.compile(rb"depthData:Accuracy(>|=[\"'])\s*relative")
 """What Apple's photos say, see AVDepthData.Accuracy.relative."""
@@ -201,8 +211,8 @@ def read_depth(
         stated = ENCODINGS["mm"].units
     values = read_depth_values(file, packed_channels(stated if given is None else given), dataset)
     read = interpret_depth(values, Path(with_dataset(file.path, dataset)), given, stated, invalid)
-    if given is None and stated is None and file.path.suffix.lower() in _SCALES:
-        read = replace(read, scales=_SCALES[file.path.suffix.lower()](file, dataset))
+    if given is None and stated is None:
+        read = replace(read, scales=_SCALES.get(file.path.suffix.lower(), _scene_scale)(file, dataset))
     is_photo = file.path.suffix.lower() in HEIC_SUFFIXES
     return replace(read, is_relative=is_photo and _SAYS_RELATIVE.search(file.data.tobytes()) is not None)
 

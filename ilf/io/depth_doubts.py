@@ -324,14 +324,17 @@ def _scale(read: DepthReading) -> PlausibilityWarning | None:
     """Whether values are not depth, or depth in another unit."""
     values, metres, units = read.values, read.metres, read.encoding.units
     unusual, named = scale_warning(metres, units), disparity_name(read.path)
-    if named or (not unusual and _is_inverse(read)):
+    near = 0.0 if named else _share_at_camera(read)
+    if named or near or (not unusual and _is_inverse(read)):
         sign = "Values increase towards the bottom of the image, where depth usually decreases"
+        sign = f"{near:.1%} of the pixels would lie within {_AT_CAMERA:g} m of the camera" if near else sign
         sign = f"The name {named} says that values are no depth" if named else sign
         may_be = "may be" if read.median <= USUAL_MEDIAN_DEPTH[1] and not named else "are most likely"  # or a table
         return PlausibilityWarning(
             f"{sign}, and their median would be {read.median:.2f} m: they {may_be} disparity or inverse depth. If so, "
-            "give disparity:FB (focal length [px] times baseline [m]; 1 for inverse depth; disparity:FB,DOFFS with the "
-            "doffs of Middlebury's calib.txt), else m or mm."
+            "give disparity:FB (focal length [px] times baseline [m], times 256 for KITTI's; 1 for inverse depth; "
+            "disparity:FB,DOFFS with the doffs of Middlebury's calib.txt), else m or mm. A network's estimate (MiDaS, "
+            "Depth Anything) has no unit: use it as a guide."
         )
     if units == ENCODINGS["mm"].units and are_8_bits(values):
         far = f"No value is above 255, as in an 8-bit image, and depth would end at {np.nanmax(metres):.3f} m"
@@ -513,14 +516,30 @@ _DISPARITY = re.compile(r"(?:^|[^a-z])(disp|disparity|disparities|inv_?depth|inv
 
 
 def disparity_name(path: Path) -> str:
-    """The name of a file that says that it holds disparity or inverse depth; "" if it does not.
+    """The name of a file, or of its folder, that says that values are disparity or inverse depth; "" if none.
 
     Examples
     --------
     >>> disparity_name(Path("disp0.pfm")), disparity_name(Path("display.png"))
     ('disp0', '')
+    >>> disparity_name(Path("disp_occ_0/000000_10.png")), disparity_name(Path("disparity/left/0006.pfm"))
+    ('disp_occ_0', 'disparity')
     """
-    return path.stem if _DISPARITY.search(path.stem.lower()) else ""
+    folders = (folder.name for folder in path.parents[:2] if _is_only(folder.name.lower(), _DISPARITY))
+    return next((name for name in (path.stem, *folders) if _DISPARITY.search(name.lower())), "")
+
+
+_AT_CAMERA, _NEARER = 0.1, 0.02
+"""Depth [m], and its ratio to the median, that no camera measures and hardly any scene has."""
+
+
+def _share_at_camera(read: DepthReading) -> float:
+    """The share of the pixels of floats without gaps, at whose borders they may be interpolated, that would be
+    impossibly near, in many values, as inverse depth of what is far, of networks; 0 for few."""
+    near = read.metres[read.metres < min(_AT_CAMERA, _NEARER * read.median)]
+    is_dense = read.values.dtype.kind == "f" and np.isfinite(read.metres).mean() >= _LIKELY_SHARE
+    share = near.size / read.metres.size
+    return share if is_dense and share >= _LEAST_SHARE and np.unique(near).size >= _FEWEST_VALUES else 0.0
 
 
 def _is_inverse(read: DepthReading) -> bool:
@@ -613,7 +632,7 @@ def _normalised(read: DepthReading) -> PlausibilityWarning | None:
         return None
     return PlausibilityWarning(
         f"Values lie in 0 to {full:g}, and {sign}: they may be a z-buffer or normalised depth or inverse depth, in no "
-        f"unit. Give zbuffer:NEAR,FAR, m/FAR or disparity:1 as the encoding, or {unit} if they are depth."
+        f"unit. Give zbuffer:NEAR,FAR, m/FAR, m/NEAR,FAR or disparity:1 as the encoding, or {unit} if they are depth."
     )
 
 
@@ -685,17 +704,17 @@ def _along_rays(path: Path) -> PlausibilityWarning | None:
     for name in (file, folder):
         of_maker = _NAMES_BY_MAKERS.get(path.suffix.lower())
         found = _DISTANCE.search(name) or (of_maker and of_maker.fullmatch(name))
-        if found and not _NO_DISTANCE.search(name) and (name != folder or _is_only(name)):
+        if found and not _NO_DISTANCE.search(name) and (name != folder or _is_only(name, _DISTANCE)):
             told = f"The name {name} says that values are distances along the rays of the camera, not depth"
             remedy = "Give ray:UNITS,FX,FY,CX,CY with the camera's intrinsics, or m or mm if they are depth."
             return PlausibilityWarning(f"{told}. {remedy}", is_scale=True)
     return None
 
 
-def _is_only(folder: str) -> bool:
-    """Whether a folder's name has no other words than those about distance to the camera."""
-    others = (word for word in re.split(r"[^a-z]", folder) if not _DISTANCE.search(word))
-    return {*others} <= {"depth", "to", "camera", "image", "images", ""}
+def _is_only(folder: str, names: re.Pattern[str]) -> bool:
+    """Whether a folder's name has no other words than such names and those of images."""
+    others = re.split(r"[^a-z]", names.sub("_", folder))
+    return {*others} <= {"depth", "to", "camera", "image", "images", "map", "maps", "occ", "noc", "left", "right", ""}
 
 
 CLEAR = 0.15

@@ -161,8 +161,8 @@ def encoding_of(spec: EncodingSpec, depth: Path | None = None) -> DepthEncoding:
         "disparity:FB,OFFSET" for metres = FB / (value + OFFSET);
         "ray:UNITS,FX,FY,CX,CY", optionally followed by ",WIDTH,HEIGHT", for distances along the rays of a camera;
         "zbuffer:NEAR,FAR", optionally followed by ",reversed", for a z-buffer of OpenGL or Direct3D, as floats or
-        16-bit integers; "m/FAR" for shares of a depth, likewise; "rgb24:METRES" or "bgr24:METRES" for such shares in
-        the bits of three channels. The values of the far plane count as missing.
+        16-bit integers; "m/FAR" or "m/NEAR,FAR" for shares of a depth or of a range, likewise; "rgb24:METRES" or
+        "bgr24:METRES" for shares in the bits of three channels. The values of the far plane count as missing.
     depth : Path, optional
         The depth file, for "bop".
 
@@ -238,15 +238,18 @@ def _by_planes(text: str) -> DepthEncoding:
 
 
 def _by_share(text: str) -> DepthEncoding:
-    """Shares of the farthest depth, which itself shows nothing."""
-    far = checked_units(float(text))
+    """Shares of the way from the nearest depth, 0 unless stated, to the farthest, which both show nothing."""
+    numbers = tuple(float(number) for number in text.split(","))
+    near, far = numbers if len(numbers) > 1 else (0.0, *numbers)
+    if not 0 <= near < checked_units(far):
+        raise ValueError
 
     def decode(values: NDArray[Any]) -> NDArray[np.float64]:
         share = _shares(values)
-        share[share >= 1] = np.nan
-        return np.asarray(far * share)
+        share[(share <= 0) | (share >= 1)] = np.nan
+        return np.asarray(near + (far - near) * share)
 
-    return DepthEncoding(f"m/{far!r}", 1.0, decode, far)
+    return DepthEncoding(f"m/{','.join(map(repr, numbers))}", 1.0, decode, far)
 
 
 def _shares(values: NDArray[Any]) -> NDArray[np.float64]:
@@ -327,7 +330,7 @@ _WITH_NUMBERS: dict[str, tuple[Callable[[str], DepthEncoding], str]] = {
         _by_planes,
         "zbuffer:NEAR,FAR[,reversed], values 0 to 1 of a renderer with near and far plane [m]; FAR may be inf",
     ),
-    _SHARE: (_by_share, "m/FAR, values 0 to 1 that are shares of the depth FAR [m]"),
+    _SHARE: (_by_share, "m/FAR or m/NEAR,FAR, values 0 to 1 for depth from 0 or NEAR to FAR [m]"),
     "rgb24": (
         partial(_packed, "rgb24"),
         "rgb24:METRES, shares of METRES in 24 bits, lowest in red (CARLA: rgb24:1000)",

@@ -123,8 +123,8 @@ _REMEDY = "Export depth alone, as one channel Z."
 
 
 def read_exr(file: FileContent) -> NDArray[Any]:
-    """Read depth (H, W) from the first part, float16, float32 or uint32, in a child: its channel Z, its only one, or
-    three equal ones.
+    """Read depth (H, W) from the first part, float16, float32 or uint32, in a child: its channel Z, its only one, the
+    only one of red, green and blue that holds more than one value, or three equal ones.
 
     Raises
     ------
@@ -150,6 +150,7 @@ def _exr_depth(file: FileContent) -> NDArray[Any]:
     if len(image.parts) != len(headers):
         raise ValueError("its pixels cannot be decoded")
     found = [image.channels(0)[name].pixels for name in names]
+    found = [values for values in found if values.min() != values.max()] or found[:1]  # Unity: depth in red alone
     if not all(np.array_equal(found[0], other, equal_nan=True) for other in found[1:]):
         raise FormatError(f"{file}: its channels {', '.join(names)} differ: this is colour, not depth. {_REMEDY}")
     return np.ascontiguousarray(found[0])
@@ -180,6 +181,7 @@ def _checked(file: FileContent, headers: list[dict[str, Any]]) -> list[str]:
 def _depth_channels(file: FileContent, names: Collection[str]) -> list[str]:
     """Return one channel, or red, green and blue, which must then be equal: of a layer called depth, such as
     ViewLayer.Depth.Z of Blender beside ViewLayer.Normal.Z, or else Z, or else of the image."""
+    names = [name for name in names if name.rpartition(".")[2] != "A"] or names
     layer = [name for name in names if "depth" in name.lower().split(".")]
     layer = layer or [name for name in names if "depth" in name.lower()]
     by_name = layer or [name for name in names if name.lower().rpartition(".")[2] == "z"]

@@ -50,6 +50,7 @@ _BY_START: tuple[tuple[bytes, str, str], ...] = (
     (rb"P[14]\s", "a PBM image of one bit", _AS_IMAGE),
     (rb"P7\s", "a PAM image", _AS_IMAGE),
     (rb"P[2356]\s", "a PGM or PPM image", "Rename it to .pgm or .ppm."),
+    (rb"PIEH", "a depth map or flow of Sintel", f"Save depth as NPY, with TYPE '<f4' and offset=12: {RAW_NUMBERS}."),
     (rb"\x93NUMPY", "an NPY array", "Rename it to .npy."),
     (rb"\x89HDF", "an HDF5 file", "Rename it to .h5."),
     (rb"MATLAB 7\.3", "a MATLAB file (7.3)", "Rename it to .mat."),

@@ -54,8 +54,8 @@ def _files(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
 
 # Lists of images by time, as in the TUM RGB-D benchmark.
 
-TIME_LISTS = frozenset({"rgb.txt", "depth.txt"})
-"""Lists of the TUM benchmark: of colour and of depth files, with their times."""
+_TIME_LISTS = {("rgb.txt", "depth.txt"): TUM_UNITS, ("color.txt", "aligned_depth.txt"): 1000.0}
+"""Lists of colour and of depth files with their times, of the TUM benchmark and OpenLORIS -> units per metre."""
 
 ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
 """Names of lists with colour and depth in one line, as written by ICL-NUIM and many tools."""
@@ -63,7 +63,11 @@ ASSOCIATION_FILES = "associations.txt", "associated.txt", "association.txt"
 
 def has_time_lists(files: Collection[str]) -> bool:
     """Whether a folder with these files lists its frames by time."""
-    return set(files) >= TIME_LISTS or any(name in files for name in ASSOCIATION_FILES)
+    return _time_lists(files) is not None or any(name in files for name in ASSOCIATION_FILES)
+
+
+def _time_lists(files: Collection[str]) -> tuple[str, str] | None:
+    return next((lists for lists in _TIME_LISTS if set(lists) <= set(files)), None)
 
 
 def timed_frames(
@@ -72,16 +76,18 @@ def timed_frames(
     """The frames of a folder that lists them by time, their times [s], and notes; raises InputError if colour and
     depth do not match within `max_gap` [s], FormatError if a list is damaged."""
     notes: tuple[str, ...] = ()
-    if set(files) >= TIME_LISTS:
-        pairs = TimedPairs(read_time_list(root / "rgb.txt"), read_time_list(root / "depth.txt"))
-        _, times, notes = pairs.index(max_gap, f"{root}, rgb.txt and depth.txt")
+    if lists := _time_lists(files):
+        pairs = TimedPairs(*(read_time_list(root / name) for name in lists))
+        _, times, notes = pairs.index(max_gap, f"{root}, {' and '.join(lists)}")
         rows = [(time, *pair) for time, pair in zip(times, pairs.paired(max_gap).values(), strict=True)]
     else:
         rows = read_associations(root / next(name for name in ASSOCIATION_FILES if name in files))
-    options = given.or_else(ReadingOptions(depth_units=TUM_UNITS, intrinsics=_camera_by_name(root.name.lower())))
+    usual = _TIME_LISTS[lists] if lists else TUM_UNITS
+    options = given.or_else(ReadingOptions(depth_units=usual, intrinsics=_camera_by_name(root.name.lower())))
     units = options.depth_units
     told = f"the encoding {options.encoding}" if units is None else f"{units:g} units per metre"
-    if given.encoding is None and given.depth_units is None and options.intrinsics is given.intrinsics:
+    is_assumed = given.encoding is None and given.depth_units is None and usual == TUM_UNITS
+    if is_assumed and options.intrinsics is given.intrinsics:
         told += ", as in the TUM benchmark: give --depth-encoding mm if it is in millimetres, as of many recorders"
     found = [
         FrameRef(os.path.join(root, rgb), os.path.join(root, depth), options=options, stated_in=str(root))

@@ -76,6 +76,7 @@ SIMULATED = {
     "m/10.00": (np.where(KNOWN, SEEN / FAR, np.nextafter(np.float32(1), 2)).astype(np.float32), "depth.npy", 1e-6),
     "m/10": ((SEEN / FAR).astype(np.float32), "depth.npy", 1e-6),
     "M/10.0": (np.rint(65535 * SEEN / FAR).astype(np.uint16), "depth.png", 1e-4),
+    "m/0.5,10": ((np.where(KNOWN, SEEN - 0.5, 0) / 9.5).astype(np.float32), "depth.npy", 1e-6),
     "disparity:60,12": (np.where(KNOWN, 60 / SEEN - 12, np.inf).astype(np.float32), "depth.npy", 1e-5),
     "float32": (np.where(KNOWN, SEEN, np.inf).astype("<f4").view(np.uint8).reshape(H, W, 4), "depth.png", 1e-6),
     "rgb24:10": (CHANNELS[..., ::-1], "depth.png", 1e-6),  # red is written last
@@ -113,7 +114,7 @@ def test_units_that_a_name_or_the_bits_say_are_told(save, name, encoding):
     ("stored", "told"),
     [
         (STORED["float16"], r"float16 gives 2\.\d\d m"),
-        (4 * MM, r"with 5000 units per metre it would be 1\.85 m.*with 4000 2\.31 m\.$"),
+        (4 * MM, r"with 5000 units per metre it would be 1\.85 m.*with 4000 2\.31 m, with 6553\.5 1\.41 m\.$"),
     ],
     ids=["half floats", "L515"],
 )
@@ -144,7 +145,8 @@ def test_streets_of_a_renderer_are_not_cut_at_a_sensors_range(save):
 
 
 @pytest.mark.parametrize(
-    "spec", ["zbuffer", "zbuffer:1", "zbuffer:2,1", "zbuffer:0,9", "zbuffer:1,9,up", "m/", "m/-1", "rgb24", "bgr24:x"]
+    "spec",
+    ["zbuffer", "zbuffer:1", "zbuffer:2,1", "zbuffer:0,9", "zbuffer:1,9,up", "m/", "m/-1", "m/2,1", "rgb24", "bgr24:x"],
 )
 def test_numbers_of_a_renderer_that_are_none_are_told_with_their_form(save, spec):
     with pytest.raises(ParameterError, match=r"zbuffer:NEAR,FAR|m/FAR|24:METRES|positive"):
@@ -198,6 +200,7 @@ def test_bop_takes_the_scale_of_the_very_image(tmp_path, save):
         frame = ilf.load_frame(rgb, depth, encoding="bop")
         assert float(np.nanmedian(frame.depth)) == 2.0
         assert frame.inputs.depth_units == 1000 / scale
+        assert f"{1000 / scale:g} (2.00 m)" in "".join(ilf.load_frame(rgb, depth, warn=False).notes)
     rgb, depth = save(MM, "depth/000004.png")
     with pytest.raises(InputError, match="no entry for 000004"):
         ilf.load_frame(rgb, depth, encoding="bop")

@@ -29,6 +29,8 @@ WRITTEN = {
     "z.exr": lambda: (exr({"Z": METRES}), METRES),
     "half.exr": lambda: (exr({"Y": HALF}), HALF),
     "grey.exr": lambda: (exr({"RGB": np.dstack([HALF] * 3)}), HALF),
+    "opaque.exr": lambda: (exr({"Y": METRES, "A": np.ones_like(METRES)}), METRES),
+    "red.exr": lambda: (exr({"RGB": np.dstack([METRES, 0 * METRES, 0 * METRES])}), METRES),
     "layers.exr": lambda: (exr({"View.Depth.Z": METRES, "View.R": METRES + 1}), METRES),
     "blender.exr": lambda: (
         exr(

@@ -42,7 +42,7 @@ FOREIGN = {
     "table.csv": (lambda: b"3.1,2.2,,nan,4\n1,2,3,4,5\n", "CSV"),
     "table.png": (lambda: b"3.1 2.2 1e-3 4\n1 2 3 4\n", "CSV"),
     "take.svo": (lambda: bytes(64), "ZED"),
-    "take.svo2": (lambda: bytes(64), "ZED"),
+    "frame.dpt": (lambda: b"PIEH" + bytes(60), "Sintel"),
     "data.json": (lambda: b'{"depth": [1, 2]}', "JSON"),
     "data.mat": (lambda: b"MATLAB 5.0 MAT-file, Platform: GLNXA64", "MATLAB"),
     "note.png": (lambda: b"hello, this is no image", "text"),

@@ -161,9 +161,29 @@ def test_ray_is_not_proposed_for_other_names(name, tmp_path):
     assert not told(files(tmp_path, np.where(np.isfinite(depth()), depth(), 0).astype(np.float32), name))
 
 
-@pytest.mark.parametrize(("name", "is_doubted"), [("disp0", True), ("left_disparity", True), ("display", False)])
+@pytest.mark.parametrize("share", [0.1, 0.0])
+def test_values_that_go_down_to_nothing_are_doubted_as_inverse_depth(tmp_path, share):
+    """Depth Anything gives inverse depth of 0 to 7.25, and near 0 for what is far."""
+    values = np.tile(np.geomspace(7.25, 1.5, SHAPE[1]), (SHAPE[0], 1)).astype(np.float32)
+    far = int(share * SHAPE[0])
+    values[:far] = np.random.default_rng(0).uniform(0.001, 0.03, (far, SHAPE[1]))
+    assert ("disparity:FB" in told(files(tmp_path, values))) == (share > 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_doubted"),
+    [
+        ("disp0", True),
+        ("left_disparity", True),
+        ("disp_occ_0/000000_10", True),
+        ("disparity/left/0006", True),
+        ("display", False),
+        ("from_disparity/0001", False),
+    ],
+)
 def test_a_name_that_says_disparity_is_doubted(tmp_path, name, is_doubted):
     """Disparity of a small image, 4 to 10 px, would be plausible metres."""
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
     disparity = np.where(np.isfinite(depth()), 20 / depth(), np.inf).astype(np.float32)
     colour, file = files(tmp_path, disparity[::-1], f"{name}.npy")
     notes = ilf.load_frame(colour, file, warn=False).notes

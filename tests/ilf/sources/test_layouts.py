@@ -133,6 +133,7 @@ CONTENTS = {
     "bytes": SQUARE.astype("<f4").view(np.uint8).reshape(*SQUARE.shape, 4),
     "scenenet-rays": METRES
     * _longer(277.12813 * W / 320, 289.70563 * W / 320, 160.5 * W / 320 - 0.5, 120.5 * W / 320 - 0.5),
+    "interiornet-rays": METRES * _longer(60, 60, 31.55, 23.55),
     "kubric-rays": METRES * _longer(W * 35 / 32, W * 35 / 32),
     "kubric-camera": {
         "camera": {"focal_length": 35.0, "sensor_width": 32.0, "field_of_view": 0.857, "R": np.eye(4).tolist()}

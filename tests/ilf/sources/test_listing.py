@@ -126,16 +126,19 @@ def test_pairs_in_one_folder(tmp_path, colour, depth):
     assert list_frames(tmp_path).notes == ()
 
 
-def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path):
-    (tmp_path / "rgb.txt").write_text("# timestamp filename\n1.000 rgb/a.png\n1.033 rgb/b.png\n1.066 rgb/c.png\n\n")
-    (tmp_path / "depth.txt").write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
+@pytest.mark.parametrize(
+    ("colour", "depth", "units"), [("rgb.txt", "depth.txt", 5000), ("color.txt", "aligned_depth.txt", 1000)]
+)
+def test_lists_by_time_take_the_nearest_within_a_limit(tmp_path, colour, depth, units):
+    (tmp_path / colour).write_text("# timestamp filename\n1.000 rgb/a.png\n1.033 rgb/b.png\n1.066 rgb/c.png\n\n")
+    (tmp_path / depth).write_text("# depth maps\n1.004 depth/a.png\n1.030 depth/b.png\n1.200 depth/d.png\n")
     assert _named(tmp_path) == [("rgb/a.png", "depth/a.png"), ("rgb/b.png", "depth/b.png")]
-    assert list_frames(tmp_path).sources[0].options.depth_units == 5000
+    assert list_frames(tmp_path).sources[0].options.depth_units == units
     assert list_frames(tmp_path).notes[1] == "1 colour image left out: there is no depth image within 0.02 s."
-    (tmp_path / "depth.txt").write_text("1.004\n")
-    with pytest.raises(FormatError, match=r"depth\.txt, line 1"):
+    (tmp_path / depth).write_text("1.004\n")
+    with pytest.raises(FormatError, match=f"{depth}, line 1"):
         list_frames(tmp_path)
-    (tmp_path / "depth.txt").write_text("9.0 depth/a.png\n")
+    (tmp_path / depth).write_text("9.0 depth/a.png\n")
     with pytest.raises(InputError, match=r"smallest difference is 7\.934 s.*--max-gap"):
         list_frames(tmp_path)
 
