@@ -295,6 +295,8 @@ class AdditionalDepthPanel(Panel):
             if self._is_shown(document):
                 document.set_guide(found[0].guide, "Load guide")
                 self.notes.show_message(f"{document.name}: {found[1]}")
+                self.context.refresh.now()  # which drops what is said of the guide before
+                self._sections[GUIDE].effect.show_message(found[1], "text")
 
         self.requests.ask(
             lambda: _with_guide(frame, path), take, partial(self.notes.report, "Load guide"), kind="guide"

@@ -433,7 +433,8 @@ class ExportFeature(Panel):
         parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
         parts += [] if report is None else [report.name]
         failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
-        told = [f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."]
+        written = "Exported" if len(failed) < len(done) or report is not None else "Nothing was exported"
+        told = [f"{text}{written} to {export.folder}{': ' * bool(parts)}{', '.join(parts)}."]
         told += failed[:_MAX_NAMED] if failed or len(done) != 1 else done[0].notes
         self._close("\n".join(told), "warning" if text or failed else "good")
         self.notes.show_message(" ".join(told))
