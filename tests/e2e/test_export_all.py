@@ -95,6 +95,14 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(listed,
     assert reason.startswith("frame-1: ")
 
 
+def test_an_export_of_which_all_has_failed_is_not_called_exported(listed, qtbot, tmp_path):
+    for name in NAMES:
+        (tmp_path / name).write_bytes(b"")  # a file where the frame's folder would be
+    told = _export(listed, qtbot, tmp_path, Scope.ALL)
+    assert "3 failed" in told
+    assert not told.startswith("Exported")
+
+
 def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(listed, qtbot, tmp_path):
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     listed.actions_["export_all"].trigger()
