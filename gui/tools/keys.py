@@ -307,7 +307,7 @@ def _accepts_text(widget: QWidget) -> bool:
 
 def _goes_to_window(field: QAbstractSpinBox, event: QKeyEvent) -> bool:
     """Whether a key undoes or redoes, and nothing typed into the number field is left to it."""
-    line, standard = field.findChild(QLineEdit), QKeySequence.StandardKey
+    line, standard = field.lineEdit(), QKeySequence.StandardKey
     if event.matches(standard.Undo):
         return not line.isUndoAvailable()
     return event.matches(standard.Redo) and not line.isRedoAvailable()
