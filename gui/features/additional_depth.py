@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QFormLayout, QPushButton, QSpinBox, QVBoxLayout, Q
 from ilf._runtime.formatting import counted, grouped, millimetres
 from ilf._runtime.long_work import mapped_steps
 from ilf.completion.completion import guide_text
-from ilf.completion.edge_aware.fitted_guide import fit_guide
 from ilf.data.frame import RGBDFrame
 from ilf.evaluation.hold_out import compared_steps, hold_out_steps
 from ilf.io.frame_additions import load_guide
@@ -57,11 +56,9 @@ _COUNT, _MAX_COUNT, _STEP, _MAX_STEP = 2, 10, 1, 99
 
 
 def _with_guide(frame: RGBDFrame, path: str) -> tuple[RGBDFrame, str]:
-    """Read a guide from a file and fit it to the known depth; return the frame with it, and a sentence on it."""
+    """Read a guide from a file and fit it to the known depth; return the frame with it, and how it is used."""
     frame = frame.with_guide(load_guide(path, frame.shape, frame.rgb))
-    fitted = fit_guide(frame)
-    share = (fitted.confidence > 0).mean()
-    return frame, f"Guide {Path(path).name}: It covers {share:.0%} of the pixels, and is {guide_text(frame)}."
+    return frame, f"It is {guide_text(frame)}."
 
 
 def _comparison(without: Run, used: Run, depth: Depth | None) -> Generator[float, None, str]:
@@ -294,7 +291,8 @@ class AdditionalDepthPanel(Panel):
         def take(found: tuple[RGBDFrame, str]) -> None:
             if self._is_shown(document):
                 document.set_guide(found[0].guide, "Load guide")
-                self.notes.show_message(f"{document.name}: {found[1]}")
+                self.context.refresh.now()  # which drops what is said of the guide before
+                self._sections[GUIDE].effect.show_message(found[1], "text")
 
         self.requests.ask(
             lambda: _with_guide(frame, path), take, partial(self.notes.report, "Load guide"), kind="guide"

@@ -216,6 +216,9 @@ class ToolKeys(QObject):
                 self._leave(watched, event.key() in _ENTER)
             event.accept()  # no shortcut
             return True
+        if isinstance(watched, QAbstractSpinBox) and _goes_to_window(watched, event):
+            event.ignore()  # the shortcut undoes what the window did
+            return event.type() == QEvent.Type.ShortcutOverride
         if isinstance(watched, QAbstractItemView) and event.key() == _Key.Key_F2:  # it renames what it lists
             event.accept()
             return event.type() == QEvent.Type.ShortcutOverride
@@ -300,3 +303,11 @@ def _accepts_text(widget: QWidget) -> bool:
     if isinstance(widget, (QTextEdit, QPlainTextEdit)):
         return not widget.isReadOnly()
     return isinstance(widget, (QLineEdit, QAbstractSpinBox))
+
+
+def _goes_to_window(field: QAbstractSpinBox, event: QKeyEvent) -> bool:
+    """Whether a key undoes or redoes, and nothing typed into the number field is left to it."""
+    line, standard = field.lineEdit(), QKeySequence.StandardKey
+    if event.matches(standard.Undo):
+        return not line.isUndoAvailable()
+    return event.matches(standard.Redo) and not line.isRedoAvailable()

@@ -1,5 +1,6 @@
 """Export of all frames of a list: worked through, marked as done, exported, and exported again."""
 
+import json
 import threading
 
 import numpy as np
@@ -95,6 +96,14 @@ def test_a_frame_that_cannot_be_read_is_named_and_the_others_are_written(listed,
     assert reason.startswith("frame-1: ")
 
 
+def test_an_export_of_which_all_has_failed_is_not_called_exported(listed, qtbot, tmp_path):
+    for name in NAMES:
+        (tmp_path / name).write_bytes(b"")  # a file where the frame's folder would be
+    told = _export(listed, qtbot, tmp_path, Scope.ALL)
+    assert "3 failed" in told
+    assert not told.startswith("Exported")
+
+
 def test_the_dialog_offers_frames_shows_what_was_written_and_asks_before_it_replaces(listed, qtbot, tmp_path):
     (tmp_path / "walk" / "frame-1" / "depth.png").unlink()
     listed.actions_["export_all"].trigger()
@@ -180,6 +189,17 @@ def test_all_frames_are_proposed_beside_their_folders_also_after_an_export_of_on
     _export(listed, qtbot, tmp_path / "elsewhere" / "all", Scope.ALL)
     feature.ask(of_all=True)
     assert feature.folder_path.text() == str(tmp_path / "elsewhere" / "export")
+
+
+def test_no_folder_in_that_of_a_frame_is_proposed_whatever_the_frame_is_called(window, qtbot, tmp_path, small_frame):
+    (tmp_path / "walk").mkdir()
+    folder = write_frame(tmp_path / "walk" / "a", small_frame)
+    meta = json.loads((folder / "meta.json").read_text()) | {"name": "desk"}
+    (folder / "meta.json").write_text(json.dumps(meta))
+    loaded(window, qtbot, window.documents.open_paths, [folder])
+    assert window.workspace.current.name == "desk"
+    window.feature(ExportFeature).ask(of_all=True)
+    assert window.feature(ExportFeature).folder_path.text() == str(tmp_path / "walk" / "export")
 
 
 def test_exports_of_another_data_set_are_proposed_beside_its_own_frames(listed, qtbot, tmp_path, small_frame):

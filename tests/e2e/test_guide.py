@@ -39,10 +39,9 @@ def test_guide_is_loaded_seen_followed_undone_and_removed(window, qtbot, frame_f
     assert not section.show.isEnabled()
     actions["live"].trigger()
     load(tmp_path / "inverse.npy")
-    assert "100% of the pixels" in window.notes.message
     assert panel.visible
-
     window.refresh.now()
+    assert "is not used: " in section.effect.text()
     assert "inverse.npy; it covers 100% of the missing pixels." in section.message.text()
     section.show.click()
     assert window.views.contents()["depth-in"] == "guide"

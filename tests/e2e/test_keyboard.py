@@ -309,6 +309,21 @@ def test_enter_takes_a_typed_number_and_escape_drops_it(typing, leaving, expecte
     assert isinstance(_focus(), ImageView)
 
 
+def test_undo_in_a_number_field_is_of_what_is_typed_or_else_of_the_window(typing):
+    field, undo = typing.findChild(QDoubleSpinBox, "slope_weight"), typing.actions_["undo"]
+    field.setFocus()
+    key(typing, _Key.Key_Up)
+    stepped = field.value()
+    QTest.keyClicks(field, "3")
+    key(typing, _Key.Key_Z, CTRL)
+    assert field.value() == stepped
+    assert undo.isEnabled()
+    key(typing, _Key.Key_Z, CTRL)
+    typing.context.refresh.now()
+    assert field.value() == pytest.approx(0.03)
+    assert not undo.isEnabled()
+
+
 def test_escape_drops_a_typed_number_in_each_panel(typing):
     seen = set()
     for dock in typing.findChildren(QDockWidget):

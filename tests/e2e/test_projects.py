@@ -221,6 +221,19 @@ def test_missing_files_are_asked_for_and_checked(window, another, qtbot, small_f
     assert third.workspace.entries[3].source.rgb == str(tmp_path / "away" / "d"), "what was found stays found"
 
 
+def test_a_folder_of_a_frame_is_found_under_another_name(opened, qtbot, small_frame, tmp_path, monkeypatch):
+    folder, present = write_frame(tmp_path / "a", small_frame), tmp_path / "b"
+    opened.workspace.add_entries([Entry.of(FrameRef(str(folder)))])
+    folder.rename(present)
+    entry = opened.workspace.entries[1]
+    opened.loader.open_entry(entry)
+    qtbot.waitUntil(lambda: not opened.loader.busy)
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(present))
+    answer(opened, "Locate f&older…")
+    qtbot.waitUntil(lambda: not opened.loader.busy)
+    assert (opened.workspace.current_entry, entry.source.rgb) == (entry, str(present))
+
+
 def test_a_save_that_fails_leaves_file_and_mark_and_one_message(opened, qtbot, tmp_path, monkeypatch):
     path = tmp_path / "room.ilf"
     opened.workspace.current.edit_info(1, "Rename", name="Wall")

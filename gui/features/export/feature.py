@@ -36,6 +36,7 @@ from ilf.run.options import as_file_name, output_folder_name
 from ilf.run.run import Run
 from ilf.run.writing import check_cloud_and_mesh, filenames
 from ilf.sources.frame_ref import RECORD_FILE
+from ilf.sources.naming import META_NAME
 
 from ...base import theme
 from ...state.parts import Part
@@ -322,7 +323,7 @@ class ExportFeature(Panel):
         path = Path(inputs.rgb.path)
         if path.parent != Path(inputs.depth.path).parent:
             path = path.parent  # beside the folders of colour and depth
-        if not is_this and path.parent.name == self._run.frame.name:
+        if not is_this and (path.parent.name == self._run.frame.name or (path.parent / META_NAME).is_file()):
             path = path.parent  # beside the folders of the frames, not in one of them
         return str(path)
 
@@ -433,7 +434,8 @@ class ExportFeature(Panel):
         parts = [f"{counts[status]} {status}" for status in ExportStatus if counts[status]]
         parts += [] if report is None else [report.name]
         failed = [f"{frame.name}: {frame.notes[0]}" for frame in done if frame.status is ExportStatus.FAILED]
-        told = [f"{text}Exported to {export.folder}: {', '.join(parts) or 'nothing'}."]
+        written = "Exported" if len(failed) < len(done) or report is not None else "Nothing was exported"
+        told = [f"{text}{written} to {export.folder}{': ' * bool(parts)}{', '.join(parts)}."]
         told += failed[:_MAX_NAMED] if failed or len(done) != 1 else done[0].notes
         self._close("\n".join(told), "warning" if text or failed else "good")
         self.notes.show_message(" ".join(told))

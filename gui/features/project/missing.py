@@ -14,6 +14,7 @@ from ilf.errors import InputError
 from ilf.project.sources import MissingSource, located, moved
 from ilf.project.state_codec import UnreadableFrame
 from ilf.sources.named_places import note_opened
+from ilf.sources.naming import META_NAME
 
 from ...project.current_project import source_of
 from ...state.workspace import Entry
@@ -74,6 +75,8 @@ def _found(context: Context, entry: Entry, wanted: InputFile, in_folder: bool) -
     path, _ = yield partial(context.loader.read, f"Looking for {wanted.path}", lambda: located(wanted, places))
     if context.workspace.entries.of(entry.id) is not entry:  # another project was opened meanwhile
         return ""
+    if path is None and not wanted.sha256 and not Path(wanted.path).suffix and (place / META_NAME).is_file():
+        path = place  # the frame's folder itself, which has another name now
     if path is None:
         return _NOT_THERE
     note_opened(path)
