@@ -59,8 +59,9 @@ def batch(folder: Path) -> None:
     frames = frames_of_sources([ilf.open_source(write_frames(folder / "frames", 1))])
     (folder / "sha256").write_text(sha256_of(facts))
     sink = FolderSink(settings=settings, folder=folder / "out", sha256=sha256_of(facts), levels=levels)
-    complete_frame(sink, frames[0], 1)
+    (folder / "out").mkdir()
     write_settings(folder / "out", facts, levels)
+    complete_frame(sink, frames[0], 1)
 
 
 def autosave(folder: Path) -> list[bytes]:
