@@ -141,7 +141,6 @@ class CommandPalette(QFrame):
         self._entries: list[ActionEntry] = []
         self._before: QWidget | None = None
         self.field = QLineEdit(placeholderText="Type a command", clearButtonEnabled=True)
-        self.field.installEventFilter(self)
         self.field.setAccessibleName("Command")
         self.field.setToolTip("Letters of a command; Up and Down select, Enter runs it")
         self.field.textChanged.connect(self._offer)
@@ -170,20 +169,34 @@ class CommandPalette(QFrame):
         self.setStyleSheet(_STYLE)  # with the colours of a theme that was chosen meanwhile
         self.show()
         self.raise_()
+        self._listen(True)
         self.field.setFocus(Qt.FocusReason.PopupFocusReason)
 
     def leave(self) -> None:
         """Close the palette, and restore the focus."""
         if not self.isVisible():
             return
+        self._listen(False)
         before, self._before = self._before, None
         had_focus = self.isAncestorOf(QApplication.focusWidget() or self._window)
         self.hide()
         if had_focus:
             (before if before is not None and before.isVisible() else self._window).setFocus()
 
+    def _listen(self, on: bool) -> None:
+        """Look at all events of the program, or no longer."""
+        program = QApplication.instance()
+        assert program is not None
+        (program.installEventFilter if on else program.removeEventFilter)(self)
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the keys of the list from the field, before shortcuts of the window; close when the focus leaves it."""
+        """Take the keys of the list from the field, before shortcuts of the window; close when the focus leaves it, and
+        by a click on anything else, which may take no focus, as buttons of a tool bar."""
+        if watched is not self.field:
+            is_beside = isinstance(watched, QWidget) and watched is not self and not self.isAncestorOf(watched)
+            if event.type() == QEvent.Type.MouseButtonPress and is_beside:
+                self.leave()
+            return False
         if isinstance(event, QKeyEvent) and event.key() in (_MOVES | _ENTER | {Qt.Key.Key_Escape}):
             event.accept()
             if event.type() == QEvent.Type.KeyPress:

@@ -172,7 +172,7 @@ def read_files(
         turning, is_doubt = turning_doubt(colour, metres), True
     shape, is_same = colour.shape[:2], is_registered(chosen, colour.shape[:2], metres.shape)
     if not is_same and chosen.depth_intrinsics is None:
-        is_exchanged = shape == metres.shape[::-1]
+        is_exchanged = shape[0] * metres.shape[0] == shape[1] * metres.shape[1] and shape[0] != shape[1]
         hint = " Width and height are exchanged: one of the files is turned by 90 degrees." if is_exchanged else ""
         told = f"{files.rgb} is {size_text(shape)} but {files.depth} is {size_text(metres.shape)} pixels. Give both "
         told += "cameras (--intrinsics and --depth-intrinsics), or register and resize one to the other first."

@@ -3,7 +3,7 @@
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QMenu, QPushButton
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QMenu, QPushButton, QToolButton
 
 from gui.base.commands import why_not
 from gui.features.blocks.feature import BlocksFeature
@@ -112,6 +112,10 @@ def test_a_panel_is_found_by_what_it_shows(opened):
     palette.toggle()
     opened.views.active.view.setFocus()
     assert not palette.isVisible(), "it goes when something else is turned to"
+    palette.toggle()
+    button = next(one for one in opened.findChildren(QToolButton) if one.defaultAction() is opened.actions_["live"])
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert not palette.isVisible(), "a button of a tool bar takes no focus"
 
 
 def test_the_palette_survives_menus_that_are_filled_anew(opened, qtbot):

@@ -196,6 +196,7 @@ HOSTILE_DEPTH = {
     "bitmap.pbm": (b"P4\n8 8\n" + bytes(8), "a PBM image of one bit, not a PNG"),
     "all-missing.png": (encoded(".png", np.zeros((H, W), np.uint16)), "no known pixel"),
     "other-size.png": (encoded(".png", MILLIMETRES[:-1]), "32 x 24 .* 32 x 23.*Give both cameras"),
+    "turned.png": (encoded(".png", MILLIMETRES[::2, ::2].T), "32 x 24 .* 12 x 16.*turned by 90 degrees"),
     "absurd.npy": (npy(METRES * 1000), "median depth .*larger"),
     "tiny.npy": (npy(METRES / 1000), "median depth .*smaller"),
     "header-only.png": (
